@@ -157,7 +157,7 @@ model  order 2\\u{a}";
     }
 
     #[test]
-    fn what_is_under_a_heading_is_indented_and_data_is_not_shown() {
+    fn rows_under_a_heading_are_indented() {
         let names = Table::of("", &["a", "b"]).text("", " ", |name| *name).done();
         let only_data = Table::of("each", &[1, 2]).data("value", |value| *value).done();
         let section = Section::of([data("hidden", 1)])

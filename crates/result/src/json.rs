@@ -79,7 +79,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn keys_lead_into_objects_and_what_has_none_is_left_out() {
+    fn keys_lead_into_objects() {
         let table = Table::of("each", &[1.0, f64::NAN])
             .text("", "name", |_| "only for people")
             .number("off.mm", "mm", 2, |v| *v)

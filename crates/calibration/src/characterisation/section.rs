@@ -32,7 +32,7 @@ struct SensorErrors {
 }
 
 /// Where something is.
-struct Place {
+struct NamedPose {
     name: String,
     pose: Pose,
     std_error: Spread,
@@ -198,17 +198,17 @@ impl Characterisation {
 
     fn place_table(&self, names: &[String]) -> Section {
         let hand_eye = &self.hand_eye;
-        let reference = Place {
+        let reference = NamedPose {
             name: "tracker from reference".to_owned(),
             pose: hand_eye.tracker_from_reference,
             std_error: self.reference_error(),
         };
-        let sensors = names.iter().enumerate().map(|(sensor, name)| Place {
+        let sensors = names.iter().enumerate().map(|(sensor, name)| NamedPose {
             name: format!("body from {name}"),
             pose: hand_eye.body_from_sensor[sensor],
             std_error: self.sensor_error(sensor),
         });
-        let places: Vec<Place> = std::iter::once(reference).chain(sensors).collect();
+        let places: Vec<NamedPose> = std::iter::once(reference).chain(sensors).collect();
         let mut table = Table::of("", &places).text("", "place", |place| place.name.clone());
         for (k, label) in ["x", "y", "z mm", "qw", "qx", "qy", "qz"].into_iter().enumerate() {
             let decimals = if k < 3 { 2 } else { 4 };

@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_generator_that_explains_little_is_not_the_one() {
+    fn a_known_generator_has_to_explain_much() {
         let harmonic = |generator, folds: &[(f64, f64)]| {
             let order =
                 HarmonicOrder { generator, degree: None, ridge: None, loss: Loss::default() };
