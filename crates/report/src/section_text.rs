@@ -128,10 +128,10 @@ mod tests {
     #[test]
     fn rows_are_aligned_and_sections_are_apart() {
         let expected = "\
-poses                 1,200
-  RMS                 0.125 mm
-tip              1.00 -2.00 mm
-  interval, ±             – mm
+poses               1,200
+  RMS               0.125 mm
+tip            1.00 -2.00 mm
+  interval, ±           – mm
 a sentence
 
 point      off, mm
