@@ -4,6 +4,7 @@ use crate::errors::{Done, TrackwrightError};
 use crate::tables::{Notes, warn_of};
 use crate::values::to_python;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use trackwright_formats::printable::printable_lines;
 use trackwright_report::section_html::section_html;
 use trackwright_report::section_text::section_text;
@@ -13,6 +14,8 @@ use trackwright_result::{Refusal, Remedy, Section};
 #[pyclass(frozen, subclass, module = "trackwright")]
 pub struct Found {
     section: Section,
+    /// Made when they are first read: loops read them often, or never.
+    figures: PyOnceLock<Py<PyAny>>,
 }
 
 impl Found {
@@ -23,7 +26,7 @@ impl Found {
     pub fn new(py: Python<'_>, section: Section, mut notes: Notes) -> PyResult<Self> {
         notes.extend(section.notes.iter().map(|note| note.sentence(Remedy::as_keyword)));
         warn_of(py, notes)?;
-        Ok(Self { section })
+        Ok(Self { section, figures: PyOnceLock::new() })
     }
 }
 
@@ -31,8 +34,9 @@ impl Found {
 impl Found {
     /// The figures, as the program prints them with --format json.
     #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.section.to_json())
+    fn figures(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let made = || to_python(py, &self.section.to_json()).map(Bound::unbind);
+        Ok(self.figures.get_or_try_init(py, made)?.clone_ref(py))
     }
 
     fn __str__(&self) -> String {

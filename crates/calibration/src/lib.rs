@@ -45,6 +45,7 @@ pub mod pose_stream;
 pub mod protocol;
 pub mod registration;
 pub mod registration_error;
+mod remedies;
 pub mod rigid_check;
 pub mod robust;
 pub mod room_choice;

@@ -1,6 +1,7 @@
 //! Where trackers and sensors are, as a result, and what lifts its refusals.
 
 use super::{HandEye, HandEyeError};
+use crate::remedies::LESS_TURN;
 use trackwright_result::{Refusal, Remedy, Section, Table, count, data, number};
 
 impl HandEye {
@@ -40,7 +41,7 @@ impl Refusal for HandEyeError {
             Self::TooFewPoses { .. } | Self::SensorTooFew { .. } => {
                 Some(Remedy::new("min_poses", "{} accepts fewer, 3 at least"))
             }
-            Self::OneAxis { .. } => Some(Remedy::new("min_turn_deg", "{} accepts less")),
+            Self::OneAxis { .. } => Some(LESS_TURN),
             Self::NoRotation { .. } | Self::NoAnswer => None,
         }
     }

@@ -1,6 +1,7 @@
 //! A tip as a result, and what lifts its refusals.
 
 use super::{Pivot, PivotError, Quarters};
+use crate::remedies::{FEWER_POSES, LESS_RANGE, LESS_TURN};
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 use trackwright_result::{Refusal, Remedy, Row, Section, count, data, mm, number, vector};
@@ -87,15 +88,12 @@ impl Quarters {
 
 impl Refusal for PivotError {
     fn remedy(&self) -> Option<Remedy> {
-        let (setting, sentence) = match self {
-            Self::TooFewPoses { needed: 3, .. } => return None,
-            Self::TooFewPoses { .. } => {
-                ("min_poses", "each sample counts as one, and {} accepts fewer, 3 at least")
-            }
-            Self::TooSmallRange { .. } => ("min_range_deg", "{} accepts less"),
-            Self::OneAxis { .. } => ("min_turn_deg", "{} accepts less"),
-            Self::TooLargeError { .. } => ("max_rms_mm", "{} accepts more"),
-        };
-        Some(Remedy::new(setting, sentence))
+        match self {
+            Self::TooFewPoses { needed: 3, .. } => None,
+            Self::TooFewPoses { .. } => Some(FEWER_POSES),
+            Self::TooSmallRange { .. } => Some(LESS_RANGE),
+            Self::OneAxis { .. } => Some(LESS_TURN),
+            Self::TooLargeError { .. } => Some(Remedy::new("max_rms_mm", "{} accepts more")),
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! A shaft as a result, and what lifts its refusals.
 
 use super::{ShaftDirection, Spin, SpinError};
+use crate::remedies::{FEWER_POSES, LESS_RANGE, LESS_TURN};
 use trackwright_result::{Refusal, Remedy, Section, count, data, deg, number, vector};
 
 impl Spin {
@@ -59,15 +60,12 @@ impl Spin {
 
 impl Refusal for SpinError {
     fn remedy(&self) -> Option<Remedy> {
-        let (setting, sentence) = match self {
-            Self::TooFewPoses { needed: 3, .. } => return None,
-            Self::TooFewPoses { .. } => {
-                ("min_poses", "each sample counts as one, and {} accepts fewer, 3 at least")
-            }
-            Self::TooSmallRange { .. } => ("min_range_deg", "{} accepts less"),
-            Self::TooLittleTurn { .. } => ("min_turn_deg", "{} accepts less"),
-            Self::TooLargeError { .. } => ("max_shaft_deg", "{} accepts more"),
-        };
-        Some(Remedy::new(setting, sentence))
+        match self {
+            Self::TooFewPoses { needed: 3, .. } => None,
+            Self::TooFewPoses { .. } => Some(FEWER_POSES),
+            Self::TooSmallRange { .. } => Some(LESS_RANGE),
+            Self::TooLittleTurn { .. } => Some(LESS_TURN),
+            Self::TooLargeError { .. } => Some(Remedy::new("max_shaft_deg", "{} accepts more")),
+        }
     }
 }
