@@ -4,7 +4,7 @@ use super::named_design::note_meshes;
 use super::prelude::*;
 use super::render_video::VideoArgs;
 use clap::ValueEnum;
-use trackwright_design::view::{Layers, View};
+use trackwright_design::view::{Layer, Layers, View};
 use trackwright_design::{BodyRole, MissingLayer};
 use trackwright_editor::app::picture::{ComparedDesigns, PictureSetup, StudyTrial};
 use trackwright_editor::app::{picture, preflight};
@@ -81,10 +81,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "BODY", value_parser = BODY, num_args = 0..=1, require_equals = true,
         default_missing_value = "tool")]
     pub better_places: Option<BodyRole>,
-    /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
-    /// tip-error, requirement, ghost, motion, tip-scatter, slice, arrows, placement (of the selected
-    /// sensor), mounting, region, support, labels; or all, or none
-    #[arg(long, value_name = "LIST", value_parser = Layers::named)]
+    #[arg(long, value_name = "LIST", value_parser = Layers::named, help = format!(
+        "What to show, separated by commas: {}; or all, or none, which leaves bodies and sensors [default: the design's view]",
+        Layer::names()
+    ))]
     pub layers: Option<Layers>,
     #[command(flatten)]
     pub video: VideoArgs,

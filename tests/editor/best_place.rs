@@ -99,7 +99,7 @@ fn a_command_puts_the_coil_on_the_surface_and_back() {
         rest(&mut app);
         assert_eq!(app.world().resource::<OpenWorld>().0.document.view().placement_depth, depth);
         let legends = app.world().resource::<Legends>();
-        let note = legends.bar(placement::LAYER.order).unwrap().note.clone().unwrap();
+        let note = legends.bar(placement::LAYER.row.order).unwrap().note.clone().unwrap();
         assert_eq!(note, format!("coil {}, axis as it is", depth.name()));
     }
 }

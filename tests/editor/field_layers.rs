@@ -99,13 +99,13 @@ fn arrows_are_sampled_once() {
     let once = work(&app).arrow_evaluations;
     assert_eq!(once, 9 * 9 * 9);
     let legends = app.world().resource::<Legends>();
-    let bar = legends.bar(field_arrows::LAYER.order).unwrap();
+    let bar = legends.bar(field_arrows::LAYER.row.order).unwrap();
     assert!(bar.max > 0.0 && bar.max <= bar.largest);
     edit(&mut app, 3.0);
     assert_eq!(work(&app).arrow_evaluations, once);
     set(&mut app, |layers| layers.arrows = false);
     assert_eq!(named(&mut app, "field arrows"), 0);
-    assert_eq!(app.world().resource::<Legends>().bar(field_arrows::LAYER.order), None);
+    assert_eq!(app.world().resource::<Legends>().bar(field_arrows::LAYER.row.order), None);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn a_body_is_painted_while_its_sensor_is_selected() {
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
     rest(&mut app);
     assert!(named(&mut app, "placement") > 0);
-    let bar = app.world().resource::<Legends>().bar(placement::LAYER.order).cloned().unwrap();
+    let bar = app.world().resource::<Legends>().bar(placement::LAYER.row.order).cloned().unwrap();
     // The sensor sits on the body now, so what is there now is within what could be.
     assert!(bar.min > 0.0 && bar.min < bar.max && bar.max <= bar.largest);
     assert!(work(&app).placement_evaluations > 0);
@@ -128,7 +128,7 @@ fn a_body_is_painted_while_its_sensor_is_selected() {
     // On a slide, where nothing can be selected, the tool's first sensor stands for it.
     app.insert_resource(workspaces::present::WORKSPACE);
     rest(&mut app);
-    let on_slide = app.world().resource::<Legends>().bar(placement::LAYER.order).cloned();
+    let on_slide = app.world().resource::<Legends>().bar(placement::LAYER.row.order).cloned();
     assert_eq!(on_slide, Some(bar));
     app.insert_resource(workspaces::design::WORKSPACE);
     rest(&mut app);
@@ -164,7 +164,7 @@ fn new_colours_need_no_new_samples() {
         view.slice.color_map = ColorMap::Inferno;
         view.arrows.range_mm = Some(1.5);
     });
-    let bar = app.world().resource::<Legends>().bar(field_arrows::LAYER.order).cloned().unwrap();
+    let bar = app.world().resource::<Legends>().bar(field_arrows::LAYER.row.order).cloned().unwrap();
     assert_eq!((bar.map, bar.max), (ColorMap::Inferno, 1.5));
     assert_eq!(work(&app).arrow_evaluations, once);
 }
@@ -227,7 +227,7 @@ fn trials_leave_the_arrows_magnification() {
     });
     let label = |app: &App| {
         let legends = app.world().resource::<Legends>();
-        let label = &legends.bar(field_arrows::LAYER.order).unwrap().label;
+        let label = &legends.bar(field_arrows::LAYER.row.order).unwrap().label;
         label.split_once("arrows").unwrap().1.to_owned()
     };
     let first = label(&app);
@@ -250,7 +250,7 @@ fn model_validity_is_independent_of_the_tool() {
     set(&mut app, |layers| layers.support = true);
     assert_eq!(named(&mut app, "supported region"), 1);
     assert!(hatched(&app) > Some(0));
-    let words = app.world().resource::<Legends>().words(validity::LAYER.order).unwrap();
+    let words = app.world().resource::<Legends>().words(validity::LAYER.row.order).unwrap();
     assert!(words.starts_with("field supported in "), "{words}");
     let once = looked_up(&app);
     assert_eq!(once, 13 * 13 * 13 + 33 * 33 * 33);
@@ -262,7 +262,7 @@ fn model_validity_is_independent_of_the_tool() {
     set(&mut app, |layers| layers.support = false);
     assert_eq!(named(&mut app, "supported region"), 0);
     assert_eq!(hatched(&app), Some(0));
-    assert_eq!(app.world().resource::<Legends>().words(validity::LAYER.order), None);
+    assert_eq!(app.world().resource::<Legends>().words(validity::LAYER.row.order), None);
 }
 
 #[test]

@@ -41,7 +41,7 @@ fn legends() -> Legends {
         decimals: 2,
         limit: None,
     };
-    legends.set_bar(slice::LAYER.order, Some(bar));
+    legends.set_bar(slice::LAYER.row.order, Some(bar));
     legends
 }
 

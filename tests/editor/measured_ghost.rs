@@ -61,7 +61,7 @@ fn place(app: &mut App) -> Transform {
 }
 
 fn in_legend(app: &App) -> Vec<StrokeKey> {
-    let strokes = app.world().resource::<Legends>().strokes().map(|(_, stroke)| stroke);
+    let strokes = app.world().resource::<Legends>().strokes().map(|(_, stroke)| stroke.clone());
     strokes.filter(|stroke| stroke.color == palette::MEASURED).collect()
 }
 

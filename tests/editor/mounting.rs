@@ -545,7 +545,7 @@ fn regions_that_are_off_cost_nothing() {
     let mut pointer = pointer();
     let count = |pointer: &SimulatedPointer| pointer.resource::<MountingDrawings>().0;
     let is_explained =
-        |pointer: &SimulatedPointer| pointer.resource::<Legends>().words(LAYER.order).is_some();
+        |pointer: &SimulatedPointer| pointer.resource::<Legends>().words(LAYER.row.order).is_some();
     pointer.select(Some(Selected::Body(BodyRole::Tool)));
     set(&mut pointer, Mounting { tip_clearance_mm: 3.0, ..Mounting::default() });
     assert_eq!((named(&mut pointer.app, REGIONS), count(&pointer)), (0, 0));

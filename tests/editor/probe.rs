@@ -161,7 +161,7 @@ fn a_painted_body_hides_the_slice() {
     let text = point_at(&mut app, &on_shaft).unwrap();
     assert!(text.starts_with("tip error RMS ") && text.ends_with("), sensor here"), "{text}");
     let legends = app.world().resource::<Legends>();
-    let bar = legends.bar(placement::LAYER.order).unwrap();
+    let bar = legends.bar(placement::LAYER.row.order).unwrap();
     let shown = number(&text, "tip error RMS");
     assert!((bar.min - 0.01..bar.largest + 0.01).contains(&shown), "{text}");
 }

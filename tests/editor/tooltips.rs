@@ -33,7 +33,7 @@ fn commands_layers_and_figures_are_explained() {
     let layers = layers();
     assert!(layers.len() >= 15);
     for layer in layers {
-        assert!(is_sentence(layer.about), "{}: {}", layer.name, layer.about);
+        assert!(is_sentence(layer.row.about), "{}: {}", layer.row.label, layer.row.about);
     }
     for metric in METRICS {
         assert!(is_sentence(&metric.about()), "{}", metric.label());

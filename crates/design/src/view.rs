@@ -1,6 +1,6 @@
 //! How a design is looked at: camera, layers, what is hidden or locked, magnification, slice. Saved with it, never undone.
 
-pub use super::layers::Layers;
+pub use super::layers::{Layer, Layers};
 use super::things::Things;
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};

@@ -65,7 +65,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`layers::commands::LayersCommandsPlugin`] | commands of layers |
 /// | [`layers::LayersPlugin`] | arrows, placement, mounting regions, usable region, model support |
 /// | [`viewport::ball_handle::HandlePlugin`] | balls in the scene that are dragged |
-/// | [`layers::motion::MotionPlugin`] | what the range of motion runs through, and its handles |
+/// | [`layers::motion::MotionPlugin`] | balls that set the ends of the range of motion |
 /// | [`layers::slice::SlicePlugin`] | the coloured plane through the room |
 /// | [`viewport::light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
 /// | [`layers::probe::ProbePlugin`] | the value under the pointer |

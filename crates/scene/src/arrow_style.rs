@@ -10,7 +10,7 @@ const LEAST_PX: f64 = 1.5;
 const MOST_SHARE: f64 = 0.22;
 
 /// How thick arrows are on the screen, in pixels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArrowStyle {
     pub shaft_px: f64,
     pub head_width_px: f64,

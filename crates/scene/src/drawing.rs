@@ -1,10 +1,10 @@
 //! A scene in the making: the writer, the colours, what all parts of the scene are drawn with.
 
 use super::palette::Rgb;
+use super::tool_errors::ToolErrors;
 use super::{Sampled, Scene, SceneError, Stage};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use trackwright_design::BodyRole;
 use trackwright_design::view::Magnification;
 use trackwright_formats::gltf::write::{
     Elements, GlbWriter, Light, Material, MaterialId, MeshId, Node, NodeId, NodeTransform, Shape,
@@ -12,7 +12,7 @@ use trackwright_formats::gltf::write::{
 };
 use trackwright_geometry::color::linear;
 use trackwright_geometry::gizmo::Eye;
-use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
+use trackwright_geometry::magnification::automatic_magnification;
 use trackwright_geometry::mesh::MeshPart;
 use trackwright_geometry::orbit::{OrbitCamera, Projection, VERTICAL_FOV_RAD};
 use trackwright_geometry::pose::Pose;
@@ -20,36 +20,6 @@ use trackwright_geometry::solid::Solid;
 
 /// glTF counts in metres.
 const METRES_PER_MM: f64 = 0.001;
-
-/// The tool's poses in the tracker frame and its tip, for what is drawn from there.
-#[derive(Clone, Copy, Debug)]
-pub struct ToolErrors {
-    pub tracker_from_tool: Pose,
-    pub tracker_from_tool_reported: Pose,
-    pub tip_in_tool: Point3<f64>,
-}
-
-impl ToolErrors {
-    /// Where the tip is.
-    pub fn tip_mm(&self) -> Point3<f64> {
-        self.tracker_from_tool * self.tip_in_tool
-    }
-
-    /// From the tip to where the tracker reports it.
-    pub fn error_mm(&self) -> Vector3<f64> {
-        self.tracker_from_tool_reported * self.tip_in_tool - self.tip_mm()
-    }
-
-    /// The tool as the tracker reports it, magnified.
-    pub fn ghost(&self, times: f64) -> Ghost {
-        magnified_ghost(
-            &self.tracker_from_tool,
-            &self.tracker_from_tool_reported,
-            &self.tip_in_tool,
-            times,
-        )
-    }
-}
 
 /// A scene in the making.
 pub struct Drawing<'a> {
@@ -70,15 +40,7 @@ impl<'a> Stage<'a> {
     /// See [`SceneError`].
     pub fn draw(&'a self, sampled: &'a Sampled) -> Result<Scene, SceneError> {
         let design = self.design();
-        // The reported pose is relative to where the CRF truly is, as the surgeon sees it.
-        let tracker_from_crf =
-            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
-        let trial = &sampled.pose.trial;
-        let tool = ToolErrors {
-            tracker_from_tool: tracker_from_crf * trial.crf_from_tool,
-            tracker_from_tool_reported: tracker_from_crf * trial.crf_from_tool_simulated,
-            tip_in_tool: design.tool.body.rigid.judged_tip_in_body(),
-        };
+        let tool = ToolErrors::of(design, &sampled.pose);
         let eye = self.eye();
         let times = match self.view.magnification {
             Magnification::Times(times) => times,
@@ -100,7 +62,7 @@ impl<'a> Stage<'a> {
         let mut nodes = drawing.bodies();
         nodes.extend(drawing.anatomy());
         nodes.extend(drawing.metal());
-        nodes.extend(drawing.errors());
+        nodes.extend(drawing.shape_nodes());
         nodes.extend(drawing.slice());
         nodes.extend(drawing.field_arrows());
         nodes.extend(drawing.room()?);
@@ -282,10 +244,10 @@ impl Drawing<'_> {
             "magnification": self.times,
             "tip_error_mm": self.sampled.pose.trial.tip_error_mm,
         });
+        let (magnification, legend) = (self.times, self.legend());
         let glb = self.writer.finish(&design.name, &[root, camera], &extras)?;
         let mut notes = self.stage.notes.clone();
         notes.extend(self.sampled.missing.iter().cloned());
-        let (magnification, legend) = (self.times, self.stage.legend());
         Ok(Scene { glb, magnification, legend, colors: self.colors, notes })
     }
 }

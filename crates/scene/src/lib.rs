@@ -23,7 +23,6 @@ pub mod arrow_style;
 mod bodies;
 pub mod coils;
 mod drawing;
-mod errors;
 pub mod field_arrows;
 pub mod ground;
 mod legend;
@@ -36,9 +35,12 @@ pub mod room;
 mod sampled;
 pub mod sensor_look;
 mod sensors;
+mod shape_nodes;
+pub mod shapes;
 pub mod slice;
 #[cfg(test)]
 mod tests;
+pub mod tool_errors;
 
 pub use anatomy::color_of as color_of_anatomy;
 pub use legend::LegendKey;

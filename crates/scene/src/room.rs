@@ -1,14 +1,13 @@
-//! The room: volume and model's box, generator, ground, range of motion, arrows of the field, regions.
+//! The room: volume and model's box, generator, ground, arrows of the field, regions.
 
 use super::coils::coil_lines;
 use super::drawing::Drawing;
 use super::field_arrows::{Scale, arrow_triangles};
 use super::ground::{AXIS_LENGTH_MM, grid};
-use super::palette::{AXES, COIL, GRID, MET, MODEL_BOX, MOTION, SUPPORT, VOLUME};
+use super::palette::{AXES, COIL, GRID, MET, MODEL_BOX, SUPPORT, VOLUME};
 use super::{SceneError, arrow_style::ArrowStyle};
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
-use trackwright_design::BodyRole;
 use trackwright_formats::gltf::write::{
     Elements, Light, Material, MaterialId, NodeId, NodeTransform, Shape,
 };
@@ -16,18 +15,13 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::color::linear;
 use trackwright_geometry::isosurface::Isosurface;
 use trackwright_geometry::outline::Outline;
-use trackwright_geometry::pose::Pose;
 use trackwright_geometry::solid::{ArrowSize, Solid};
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::motion_outline::motion_outline;
 
 /// How opaque lines are, as the editor draws them.
 const EDGE_ALPHA: f64 = 0.30;
 const BRACKET_ALPHA: f64 = 0.95;
 const BOX_ALPHA: f64 = 0.22;
-const MOTION_ALPHA: f64 = 0.65;
-const MARK_ALPHA: f64 = 0.45;
-const STEM_ALPHA: f64 = 0.35;
 
 /// How opaque the surfaces around regions are.
 const REGION_ALPHA: f64 = 0.2;
@@ -48,9 +42,6 @@ impl Drawing<'_> {
         }
         if layers.grid {
             nodes.extend(self.ground());
-        }
-        if layers.motion {
-            nodes.extend(self.motion());
         }
         let sampled = self.sampled;
         if let Some(region) = &sampled.region {
@@ -160,36 +151,6 @@ impl Drawing<'_> {
             nodes.extend(self.solid_node(&name, &arrow, look, Value::Null));
         }
         nodes
-    }
-
-    /// What the tool's range of motion runs through; nothing of one that cannot be visited.
-    fn motion(&mut self) -> Vec<NodeId> {
-        let design = self.stage.design();
-        let tracker_from_crf =
-            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
-        let (tool, pose) = (&design.tool.body.rigid, &design.tool.crf_from_tool);
-        let outline = design
-            .motion
-            .as_ref()
-            .and_then(|motion| motion_outline(motion, tool, pose, &tracker_from_crf).ok());
-        let Some(outline) = outline else {
-            return Vec::new();
-        };
-        let arcs = outline.fans.iter().map(|fan| fan.arc.as_slice());
-        let spokes = outline.fans.iter().flat_map(|fan| &fan.spokes);
-        let edges = outline.edges.iter().map(|line| &line[..]).chain(arcs);
-        let marks = outline.marks.iter().chain(spokes).map(|line| &line[..]);
-        let stems = outline.stems.iter().map(Vec::as_slice);
-        let lines = [
-            ("range of motion", edges.collect::<Vec<_>>(), MOTION_ALPHA),
-            ("trials of the motion", marks.collect(), MARK_ALPHA),
-            ("motion beyond its last trial", stems.collect(), STEM_ALPHA),
-        ];
-        let nodes = lines.into_iter().filter_map(|(name, lines, alpha)| {
-            let look = self.unlit(name, MOTION, alpha);
-            self.lines(name, lines, look)
-        });
-        nodes.collect()
     }
 
     fn shell(

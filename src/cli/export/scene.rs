@@ -4,7 +4,7 @@ use super::super::file_kinds::ends_with;
 use super::super::named_design::note_meshes;
 use super::super::prelude::*;
 use super::super::simulate::note_world;
-use trackwright_design::view::Layers;
+use trackwright_design::view::{Layer, Layers};
 use trackwright_design::{BodyRole, Design};
 use trackwright_scene::{Ground, MOST_TRIANGLES, SceneWish};
 
@@ -17,10 +17,10 @@ pub struct SceneArgs {
     #[arg(short, long, value_name = "FILE.glb")]
     output: PathBuf,
 
-    /// What to show, separated by commas; what the design's own view shows where left out: volume,
-    /// generator, grid, anatomy, sensor-errors, tip-error, requirement, ghost, motion, tip-scatter, slice,
-    /// arrows, placement, mounting, region, support; or all, or none, which leaves bodies and sensors
-    #[arg(long, value_name = "LIST", value_parser = Layers::named)]
+    #[arg(long, value_name = "LIST", value_parser = Layers::named, help = format!(
+        "What to show, separated by commas: {}; or all, or none, which leaves bodies and sensors [default: the design's view]",
+        Layer::names()
+    ))]
     layers: Option<Layers>,
 
     /// The sensor whose placements paint its body, by its name, with its body where both bodies have

@@ -15,11 +15,12 @@ use crate::widgets::basic::{length, short_name};
 use bevy::picking::events::{Click, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
+use trackwright_design::view::Layer;
 use trackwright_design::{Design, Edit};
 use trackwright_simulation::{BestPlace, Sensor};
 
 /// In the legend it comes after the colours of placement.
-pub const LEGEND_ORDER: u32 = 121;
+pub const LEGEND_ORDER: u32 = Layer::PLACEMENT.order + 1;
 
 /// Letters of a sensor's name in the legend.
 const NAME_CHARS: usize = 16;

@@ -25,7 +25,7 @@ use bevy::render::renderer::RenderAdapterInfo;
 use bevy_egui::egui::{Slider, Ui};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
-use trackwright_design::view::{ArrowsView, View};
+use trackwright_design::view::{ArrowsView, Layer, View};
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pointing::{Target, first_pointed_at};
 use trackwright_scene::field_arrows::{Scale, arrow_plan, arrow_triangles, head_mm};
@@ -39,7 +39,7 @@ pub const LAYER: LayerInfo = LayerInfo {
     is_of_room: true,
     settings: Some(settings_ui),
     is_idle,
-    ..LayerInfo::new("Field arrows", 110, |layers| &mut layers.arrows)
+    ..LayerInfo::new(&Layer::ARROWS)
 };
 
 /// Samples and draws the arrows while their layer is on.
@@ -142,13 +142,9 @@ impl FromWorld for ArrowLayer {
     }
 }
 
-/// What it shows.
-const ABOUT: &str =
-    "Arrows on a lattice: direction and size of the field's position error in the room";
-
 impl Plugin for ArrowsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT)
+        app.add_layer(LAYER)
             .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
             .init_resource::<ArrowLayer>()
             .add_systems(
@@ -235,7 +231,7 @@ fn request(
     let look = Look { map: view.color_maps().arrows, range_mm };
     if layer.bypass_change_detection().look != look {
         layer.look = look;
-        legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
+        legends.set_bar(LAYER.row.order, layer.found().map(|found| bar(&layer, found)));
     }
     let key = key(&world, shown.as_deref(), generation.0);
     if layer.newest.requested() == key.as_ref() {
@@ -249,7 +245,7 @@ fn request(
         // A layer that is off keeps nothing.
         layer.newest.give_up();
         layer.times = None;
-        legends.set_bar(LAYER.order, None);
+        legends.set_bar(LAYER.row.order, None);
         return;
     };
     // The tool's sensors point as they do where the tool is seen.
@@ -271,7 +267,7 @@ fn receive(
     if layer.bypass_change_detection().newest.receive(count) {
         layer.choose_times();
         layer.set_changed();
-        legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
+        legends.set_bar(LAYER.row.order, layer.found().map(|found| bar(&layer, found)));
     }
 }
 

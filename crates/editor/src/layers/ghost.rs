@@ -1,7 +1,7 @@
 //! The tool as the tracker reports it: translucent, with a bright rim.
 
-use crate::layers::legend::StrokeKey;
-use crate::layers::magnification::ShownErrors;
+use crate::layers::legend::{Legend, Legends, StrokeKey};
+use crate::layers::magnification::{ShownErrors, anything_moved};
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::layers::tool_ghost::{GhostLook, ToolGhost};
 use crate::palette;
@@ -9,6 +9,7 @@ use crate::scene::bodies::shown_mesh;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use trackwright_design::BodyRole;
+use trackwright_design::view::Layer;
 
 const LOOK: GhostLook = GhostLook {
     name: "ghost",
@@ -21,14 +22,10 @@ const LOOK: GhostLook = GhostLook {
 };
 
 /// The layer.
-const LAYER: LayerInfo = LayerInfo {
-    stroke: Some(StrokeKey {
-        words: "tool as tracked",
-        plain_words: "where the tracker sees the tool",
-        color: palette::GHOST,
-    }),
-    ..LayerInfo::new("Ghost", 70, |layers| &mut layers.ghost)
-};
+const LAYER: LayerInfo = LayerInfo::new(&Layer::GHOST);
+
+const WORDS: &str = "tool as tracked";
+const PLAIN_WORDS: &str = "where the tracker sees the tool";
 
 /// Draws the ghost while its layer is on.
 pub struct GhostPlugin;
@@ -37,20 +34,18 @@ pub struct GhostPlugin;
 #[derive(Component)]
 struct DesignGhost;
 
-/// What it shows.
-const ABOUT: &str = "The tool where the tracker measures it, magnified as the errors are";
-
 impl Plugin for GhostPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT).add_systems(
-            Update,
-            show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
-        );
+        app.add_layer(LAYER)
+            .add_systems(Update, show.run_if(anything_moved).in_set(EditorSystems::Draw));
     }
 }
 
-fn show(errors: ShownErrors, mut ghost: ToolGhost<DesignGhost>) {
-    let tool = errors.tool().filter(|_| errors.layers().ghost);
+fn show(errors: ShownErrors, mut ghost: ToolGhost<DesignGhost>, mut legends: ResMut<Legends>) {
+    let is_on = LAYER.is_on(errors.layers());
+    let stroke = is_on.then(|| StrokeKey::new(palette::GHOST, WORDS, PLAIN_WORDS));
+    legends.set(LAYER.row.order, Legend { stroke, ..Legend::default() });
+    let tool = errors.tool().filter(|_| is_on);
     let mesh = tool.and_then(|_| shown_mesh(&errors.world.0, BodyRole::Tool));
     ghost.show(mesh.as_ref().zip(tool), errors.times(), DesignGhost, &LOOK);
 }

@@ -102,7 +102,7 @@ fn layer_ui(ui: &mut Ui, layer: &LayerInfo, panel: &LayersView, view: &mut View)
     let is_on = layer.is_on(view.layers);
     ui.horizontal(|ui| {
         ui.add_space(6.0);
-        let switch = Checkbox::new((layer.switch)(&mut view.layers), layer.name);
+        let switch = Checkbox::new((layer.row.switch)(&mut view.layers), layer.row.label);
         let switch = ui.add_enabled(why_not.is_none(), switch);
         let _ = switch.explained(layer.tooltip(panel.environment));
     });
@@ -112,11 +112,11 @@ fn layer_ui(ui: &mut Ui, layer: &LayerInfo, panel: &LayersView, view: &mut View)
     let context = SettingsContext {
         environment: panel.environment,
         camera,
-        largest: legends.and_then(|legends| Some(legends.bar(layer.order)?.largest)),
+        largest: legends.and_then(|legends| Some(legends.bar(layer.row.order)?.largest)),
         is_sensor_selected,
     };
     // Each has its own colours, of one map.
-    ui.push_id(layer.name, |ui| {
+    ui.push_id(layer.row.label, |ui| {
         settings(ui, view, &context);
         ui.add_space(4.0);
     });

@@ -127,12 +127,18 @@ pub enum Audience {
 }
 
 /// A line of the list of magnified things.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StrokeKey {
-    pub words: &'static str,
+    pub words: String,
     /// For people who do not design the tool.
-    pub plain_words: &'static str,
+    pub plain_words: String,
     pub color: Rgb,
+}
+
+impl StrokeKey {
+    pub fn new(color: Rgb, words: &str, plain_words: &str) -> Self {
+        Self { words: words.to_owned(), plain_words: plain_words.to_owned(), color }
+    }
 }
 
 /// What one layer writes.
@@ -186,8 +192,8 @@ impl Legends {
         self.0.iter().flat_map(|(order, legend)| legend.keys.iter().map(|key| (*order, key)))
     }
 
-    pub fn strokes(&self) -> impl Iterator<Item = (u32, StrokeKey)> {
-        self.0.iter().filter_map(|(order, legend)| Some((*order, legend.stroke?)))
+    pub fn strokes(&self) -> impl Iterator<Item = (u32, &StrokeKey)> {
+        self.0.iter().filter_map(|(order, legend)| Some((*order, legend.stroke.as_ref()?)))
     }
 }
 

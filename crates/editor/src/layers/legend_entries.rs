@@ -32,13 +32,11 @@ impl LegendEntries {
     pub fn new(open: &OpenDesign, layers: &[LayerInfo], legends: &Legends, is_slide: bool) -> Self {
         let on = open.document.view().layers;
         let on: Vec<&LayerInfo> = layers.iter().filter(|layer| layer.is_on(on)).collect();
-        let own = on.iter().filter_map(|layer| Some((layer.order, layer.stroke?)));
-        let mut strokes: Vec<_> = own.chain(legends.strokes()).collect();
-        strokes.sort_by_key(|(order, _)| *order);
+        let mut strokes: Vec<_> = legends.strokes().collect();
         strokes.dedup_by_key(|(_, stroke)| *stroke);
         let of_layers = on
             .iter()
-            .flat_map(|layer| (layer.keys)(open).into_iter().map(|key| (layer.order, key)));
+            .flat_map(|layer| (layer.keys)(open).into_iter().map(|key| (layer.row.order, key)));
         let mut keys: Vec<_> =
             of_bodies(&open.document).into_iter().map(|key| (BODIES_ORDER, key)).collect();
         keys.extend(of_layers);
@@ -58,14 +56,14 @@ impl LegendEntries {
         };
         let orders = strokes.iter().map(|(order, _)| *order);
         let orders = orders.chain(once.iter().map(|(order, _)| *order));
-        let about = |order: u32| match layers.iter().find(|layer| layer.order == order) {
-            Some(layer) => layer.about,
+        let about = |order: u32| match layers.iter().find(|layer| layer.row.order == order) {
+            Some(layer) => layer.row.about,
             None if order == BODIES_ORDER => BODIES,
             None => OTHER,
         };
         Self {
             abouts: orders.chain(bars.iter().map(of_bar)).map(about).collect(),
-            strokes: strokes.into_iter().map(|(_, stroke)| stroke).collect(),
+            strokes: strokes.into_iter().map(|(_, stroke)| stroke.clone()).collect(),
             keys: once.into_iter().map(|(_, key)| key).collect(),
             bars,
         }

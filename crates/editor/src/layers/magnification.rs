@@ -15,12 +15,11 @@ use bevy::prelude::*;
 use bevy_egui::egui::{Button, Slider, SliderClamping, Ui};
 use nalgebra::Point3;
 use trackwright_design::view::{Layers, Magnification, View};
-use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::gizmo::Eye;
-use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
+use trackwright_geometry::magnification::automatic_magnification;
 use trackwright_geometry::orbit::OrbitCamera;
-use trackwright_geometry::pose::Pose;
 use trackwright_scene::opening_view::first_camera;
+use trackwright_scene::tool_errors::ToolErrors;
 use trackwright_simulation::PoseDetail;
 
 pub const FIT: Command = Command::new(
@@ -66,46 +65,6 @@ impl Plugin for MagnifyPlugin {
     }
 }
 
-/// The tool's poses in the tracker frame and its tip, for the glyphs that start there.
-#[derive(Clone, Copy, Debug)]
-pub struct ToolErrors {
-    pub tracker_from_tool: Pose,
-    pub tracker_from_tool_reported: Pose,
-    pub tip_in_tool: Point3<f64>,
-}
-
-impl ToolErrors {
-    /// Of a result: the reported pose is relative to where the CRF truly is, as the surgeon
-    /// sees it.
-    pub fn of(design: &Design, detail: &PoseDetail) -> Option<Self> {
-        let tracker_from_crf =
-            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
-        Some(Self {
-            tracker_from_tool: tracker_from_crf * detail.trial.crf_from_tool,
-            tracker_from_tool_reported: tracker_from_crf * detail.trial.crf_from_tool_simulated,
-            tip_in_tool: design.body(BodyRole::Tool)?.rigid.judged_tip_in_body(),
-        })
-    }
-
-    pub fn tip_mm(&self) -> Point3<f64> {
-        self.tracker_from_tool * self.tip_in_tool
-    }
-
-    /// How far the tip is from where the tracker reports it.
-    pub fn tip_error_mm(&self) -> f64 {
-        (self.tracker_from_tool_reported * self.tip_in_tool - self.tip_mm()).norm()
-    }
-
-    pub fn ghost(&self, times: f64) -> Ghost {
-        magnified_ghost(
-            &self.tracker_from_tool,
-            &self.tracker_from_tool_reported,
-            &self.tip_in_tool,
-            times,
-        )
-    }
-}
-
 /// What magnified errors are drawn from.
 #[derive(SystemParam)]
 pub struct ShownErrors<'w> {
@@ -131,8 +90,23 @@ impl ShownErrors<'_> {
     }
 
     pub fn tool(&self) -> Option<ToolErrors> {
-        ToolErrors::of(&self.shown.design, self.pose()?)
+        Some(ToolErrors::of(&self.shown.design, self.pose()?))
     }
+}
+
+/// Whether what is drawn of errors may look different from before.
+pub fn anything_moved(
+    world: Option<Res<OpenWorld>>,
+    design: Option<Res<ShownDesign>>,
+    results: Res<Results>,
+    magnification: Res<ShownMagnification>,
+    rig: Res<OrbitRig>,
+) -> bool {
+    world.is_some_and(|world| world.is_changed())
+        || design.is_some_and(|design| design.is_changed())
+        || results.is_changed()
+        || magnification.is_changed()
+        || rig.is_changed()
 }
 
 /// What an error is fitted by: below it there is nothing to see, only round-off.
@@ -165,7 +139,7 @@ fn decide(
         return;
     }
     let errors = (results.pose.as_ref())
-        .and_then(|pose| ToolErrors::of(&design.design, &pose.value))
+        .map(|pose| ToolErrors::of(&design.design, &pose.value))
         .filter(|_| rig.view_px[1] > 1.0);
     let Some(errors) = errors else { return };
     fit.set_if_neq(MagnificationFit(fit_now(&errors, &design, &results, &rig)));
@@ -177,7 +151,7 @@ fn decide(
         let own = world.0.document.own_view().camera;
         let camera = own.map_or_else(|| first_camera(&world.0, rig.view_px), Into::into);
         let height_mm = height_mm(camera, rig.view_px, &errors.tip_mm());
-        first.times = fitted(errors.tip_error_mm(), height_mm);
+        first.times = fitted(errors.error_mm().norm(), height_mm);
     }
     let times = match world.0.document.view().magnification {
         Magnification::Times(times) => times,
@@ -193,7 +167,7 @@ fn fit_now(
     results: &Results,
     rig: &OrbitRig,
 ) -> Option<f64> {
-    let own_mm = errors.tip_error_mm();
+    let own_mm = errors.error_mm().norm();
     let is_one_of_many = design.trial.is_some() || design.live.is_some();
     match results.study.as_ref().filter(|_| is_one_of_many) {
         Some(study) => {

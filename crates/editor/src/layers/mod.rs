@@ -2,12 +2,10 @@
 //! is one file with its state, systems, settings, legend and value under the pointer, and
 //! [registers](registry) itself. One that is off computes nothing.
 
-pub mod arrow_glyphs;
 pub mod best_place;
 pub mod commands;
 pub mod field_arrows;
 pub mod ghost;
-pub mod glow_sphere;
 pub mod layers_ui;
 pub mod legend;
 pub mod legend_entries;
@@ -19,13 +17,10 @@ pub mod probe;
 pub mod region;
 pub mod region_surface;
 pub mod registry;
-pub mod requirement;
-pub mod sensor_errors;
 pub mod settings;
+pub mod shapes;
 pub mod slice;
 pub mod slice_picture;
-pub mod tip_error;
-pub mod tip_scatter;
 pub mod tool_ghost;
 pub mod validity;
 
@@ -68,22 +63,12 @@ impl Plugin for LayersPlugin {
 /// | plugin | what it draws |
 /// | --- | --- |
 /// | [`magnification::MagnifyPlugin`] | nothing: decides the magnification |
-/// | [`sensor_errors::SensorErrorsPlugin`] | the position error of each sensor |
-/// | [`tip_error::TipErrorPlugin`] | the tip's error |
-/// | [`requirement::RequirementPlugin`] | the sphere that the tip's error should end in |
-/// | [`tip_scatter::TipScatterPlugin`] | where the tracker's jitter puts the tip |
+/// | [`shapes::ShapesPlugin`] | errors of sensors and tip, the sphere that the tip's should end in, its jitter, the range of motion |
 /// | [`ghost::GhostPlugin`] | the tool as the tracker reports it |
 pub struct GlyphsPlugin;
 
 impl Plugin for GlyphsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((
-            magnification::MagnifyPlugin,
-            sensor_errors::SensorErrorsPlugin,
-            tip_error::TipErrorPlugin,
-            requirement::RequirementPlugin,
-            tip_scatter::TipScatterPlugin,
-            ghost::GhostPlugin,
-        ));
+        app.add_plugins((magnification::MagnifyPlugin, shapes::ShapesPlugin, ghost::GhostPlugin));
     }
 }

@@ -1,19 +1,15 @@
-//! The range of motion in the scene: the box that its shifts take the tip through, the fans of its
-//! turns, and balls that drag the ends of each axis.
+//! Balls in the scene that drag the ends of the range of motion; its lines are a layer of
+//! [shapes](super::shapes).
 //!
-//! Where lines and balls are, and what a drag makes of the motion, is the core's
+//! Where balls are, and what a drag makes of the motion, is the core's
 //! ([`trackwright_simulation::motion_outline`]). Balls are there while nothing is selected, which is when the
 //! panel beside the scene shows the motion's numbers; not in the Field workspace, which is about the
-//! room; and not while a trial is shown, which has the tool elsewhere. Lines stay: the trial is
-//! within them.
+//! room; and not while a trial is shown, which has the tool elsewhere.
 
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
 use crate::document::shown::ShownDesign;
-use crate::layers::legend::{LegendKey, Swatch};
-use crate::layers::registry::{AddLayer, LayerInfo};
-use crate::palette::Theme;
-use crate::palette::ThemedColor;
+use crate::palette;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{Presentation, Workspace};
 use crate::viewport::ball_handle::{BallHandle, Balls, SMALL_PX};
@@ -21,47 +17,20 @@ use crate::viewport::camera::Sight;
 use crate::viewport::fine_pointer::DragKeys;
 use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::widgets::basic::{THIN_SPACE, counted, signed};
-use crate::{convert, palette};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
-use trackwright_design::{BodyRole, Design, Edit};
+use trackwright_design::Edit;
 use trackwright_geometry::pose::Pose;
+use trackwright_scene::shapes::outline_of;
 use trackwright_simulation::Motion;
-use trackwright_simulation::motion_outline::{
-    HeldEnd, MotionHandle, MotionOutline, RangeEnd, motion_outline,
-};
-
-const LINE_ALPHA: f32 = 0.65;
-const MARK_ALPHA: f32 = 0.45;
-const STEM_ALPHA: f32 = 0.35;
+use trackwright_simulation::motion_outline::{HeldEnd, MotionHandle, MotionOutline, RangeEnd};
 
 /// With Ctrl ends are rounded to this.
 const ROUND_MM: f64 = 1.0;
 const ROUND_DEG: f64 = 5.0;
 
-/// Draws the range of motion while its layer is on and the design has one.
+/// Draws the balls while the layer is on and the design has a motion.
 pub struct MotionPlugin;
-
-const LAYER: LayerInfo = LayerInfo {
-    keys: |open| {
-        if outline_of(open.document.design()).is_none() {
-            return Vec::new();
-        }
-        let key = |words: &str| LegendKey::new(Swatch::Line(palette::MOTION), words);
-        vec![
-            key("range of motion; balls move its ends").for_designers(),
-            key("range of motion").for_slides(),
-        ]
-    },
-    ..LayerInfo::new("Range of motion", 80, |layers| &mut layers.motion)
-};
-
-/// What the drawn lines were made for.
-#[derive(Component, Clone, Debug, PartialEq)]
-struct MotionLines {
-    outline: MotionOutline,
-    theme: Theme,
-}
 
 /// A ball that drags one end of an axis.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -74,19 +43,14 @@ pub struct Grip<'w> {
     keys: DragKeys<'w>,
 }
 
-/// What it shows.
-const ABOUT: &str = "What the range of motion runs through, with balls that set where it ends";
-
 impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT).add_plugins(scene_drag::plugin::<MotionBall>).add_systems(
-            Update,
-            (draw_lines, place_balls).run_if(needs_drawing).in_set(EditorSystems::Draw),
-        );
+        app.add_plugins(scene_drag::plugin::<MotionBall>)
+            .add_systems(Update, place_balls.run_if(is_due).in_set(EditorSystems::Draw));
     }
 }
 
-/// What the range of motion is drawn from.
+/// What balls are placed by.
 #[derive(SystemParam)]
 struct Shown<'w> {
     world: Option<Res<'w, OpenWorld>>,
@@ -94,7 +58,6 @@ struct Shown<'w> {
     selection: Res<'w, Selection>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
-    theme: Res<'w, Theme>,
 }
 
 impl Shown<'_> {
@@ -119,63 +82,12 @@ impl Shown<'_> {
     }
 }
 
-fn outline_of(design: &Design) -> Option<MotionOutline> {
-    let tracker_from_crf = design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
-    let tool = &design.tool;
-    let motion = design.motion.as_ref()?;
-    motion_outline(motion, &tool.body.rigid, &tool.crf_from_tool, &tracker_from_crf).ok()
-}
-
-fn needs_drawing(shown: Shown) -> bool {
+fn is_due(shown: Shown) -> bool {
     let is_changed = |world: &Res<OpenWorld>| world.is_changed();
     shown.world.as_ref().is_some_and(is_changed)
         || shown.design.as_ref().is_some_and(|design| design.is_changed())
         || shown.selection.is_changed()
         || shown.workspace.is_changed()
-        || shown.theme.is_changed()
-}
-
-fn draw_lines(
-    mut commands: Commands,
-    shown: Shown,
-    drawn: Query<(Entity, &MotionLines)>,
-    mut gizmos: ResMut<Assets<GizmoAsset>>,
-) {
-    let wanted = shown.outline().map(|outline| MotionLines { outline, theme: *shown.theme });
-    if drawn.iter().next().map(|(_, lines)| lines) == wanted.as_ref() {
-        return;
-    }
-    for (entity, _) in &drawn {
-        commands.entity(entity).despawn();
-    }
-    let Some(wanted) = wanted else { return };
-    let outline = &wanted.outline;
-    let mut asset = GizmoAsset::default();
-    let mut add = |line: &[nalgebra::Point3<f64>], alpha: f32| {
-        let color = palette::MOTION.color_alpha(alpha);
-        asset.linestrip(line.iter().map(convert::point), color);
-    };
-    for edge in &outline.edges {
-        add(edge, LINE_ALPHA);
-    }
-    for mark in &outline.marks {
-        add(mark, MARK_ALPHA);
-    }
-    for fan in &outline.fans {
-        add(&fan.arc, LINE_ALPHA);
-        for spoke in &fan.spokes {
-            add(spoke, MARK_ALPHA);
-        }
-    }
-    for stem in &outline.stems {
-        add(stem, STEM_ALPHA);
-    }
-    let lines = Gizmo {
-        handle: gizmos.add(asset),
-        line_config: GizmoLineConfig { width: 1.2, ..default() },
-        ..default()
-    };
-    commands.spawn((Name::new("range of motion"), wanted, lines));
 }
 
 /// One a handle.

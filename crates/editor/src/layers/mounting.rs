@@ -20,6 +20,7 @@ use bevy::prelude::*;
 use nalgebra::Point3;
 use std::sync::Arc;
 use trackwright_design::BodyRole;
+use trackwright_design::view::Layer;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_scene::mounting::{
@@ -29,10 +30,7 @@ use trackwright_scene::mounting::{
 use trackwright_simulation::{Mounting, MountingRegion};
 
 /// The layer.
-pub const LAYER: LayerInfo = LayerInfo::new("Mounting regions", 125, |layers| &mut layers.mounting);
-
-/// What it shows.
-const ABOUT: &str = "Where sensors may be mounted on the bodies, and where no coil may be: boxes and the tip's clearance";
+pub const LAYER: LayerInfo = LayerInfo::new(&Layer::MOUNTING);
 
 /// Later than the bodies' own translucent parts, before handles.
 const ORDER_MM: f32 = 60.0;
@@ -78,7 +76,7 @@ impl PartialEq for SharedMesh {
 impl Plugin for MountingLayerPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<MountingDrawings>()
-            .add_layer(LAYER, ABOUT)
+            .add_layer(LAYER)
             .add_systems(Update, draw.run_if(is_due).in_set(EditorSystems::Draw));
     }
 }
@@ -179,7 +177,7 @@ fn draw(
         return;
     }
     let own = wanted.iter().map(|(owner, _, of)| (*owner, of));
-    legends.set(LAYER.order, Legend { keys: keys(own), ..Legend::default() });
+    legends.set(LAYER.row.order, Legend { keys: keys(own), ..Legend::default() });
     for (entity, old, mut transform) in &mut drawn {
         let same =
             |(own, _, of): &(MountingOwner, Transform, Of)| *own == old.owner && *of == old.of;

@@ -26,7 +26,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{ComboBox, Ui};
 use std::sync::Arc;
 use trackwright_design::BodyRole;
-use trackwright_design::view::View;
+use trackwright_design::view::{Layer, View};
 use trackwright_geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::surface::Surface;
@@ -38,11 +38,8 @@ use trackwright_simulation::{
 };
 
 /// The layer.
-pub const LAYER: LayerInfo = LayerInfo {
-    settings: Some(settings_ui),
-    is_idle,
-    ..LayerInfo::new("Sensor placement", 120, |layers| &mut layers.placement)
-};
+pub const LAYER: LayerInfo =
+    LayerInfo { settings: Some(settings_ui), is_idle, ..LayerInfo::new(&Layer::PLACEMENT) };
 
 /// Finds and paints placements while their layer is on and a sensor is selected.
 pub struct PlacementPlugin;
@@ -168,13 +165,9 @@ impl FromWorld for PlacementLayer {
     }
 }
 
-/// What it shows.
-const ABOUT: &str =
-    "The body's surface, coloured by the tip error that the selected sensor would give there";
-
 impl Plugin for PlacementPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT)
+        app.add_layer(LAYER)
             .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
             .init_resource::<PlacementLayer>()
             .add_systems(
@@ -239,7 +232,7 @@ fn request(
     if layer.bypass_change_detection().look != look {
         layer.look = look;
         let found = layer.newest.found();
-        legends.set_bar(LAYER.order, found.and_then(|(key, found)| bar(&look, key, found)));
+        legends.set_bar(LAYER.row.order, found.and_then(|(key, found)| bar(&look, key, found)));
     }
     let is_wanted = document.view().layers.placement;
     // While something moves, every step would begin anew: what is painted stays until it rests.
@@ -260,7 +253,7 @@ fn request(
     }
     layer.newest.give_up();
     layer.counted = Work::default();
-    legends.set_bar(LAYER.order, None);
+    legends.set_bar(LAYER.row.order, None);
     let shown = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
     let (Some(key), Some(shown)) = (key, shown) else {
         layer.mesh = None;
@@ -312,7 +305,8 @@ fn receive(
     if newest.receive(count) {
         layer.set_changed();
         let found = layer.newest.found();
-        legends.set_bar(LAYER.order, found.and_then(|(key, found)| bar(&layer.look, key, found)));
+        legends
+            .set_bar(LAYER.row.order, found.and_then(|(key, found)| bar(&layer.look, key, found)));
     }
 }
 
@@ -349,7 +343,7 @@ fn draw(
         commands.entity(entity).despawn();
     }
     let (Some((key, found)), Some(mesh), Some(bar)) =
-        (layer.newest.found(), &layer.mesh, legends.bar(LAYER.order))
+        (layer.newest.found(), &layer.mesh, legends.bar(LAYER.row.order))
     else {
         return;
     };

@@ -11,6 +11,7 @@ use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::{EditorSystems, request_then_receive};
 use bevy::prelude::*;
+use trackwright_design::view::Layer;
 use trackwright_simulation::usable_region::{
     RegionBasis, RegionError, UsableRegion, usable_region,
 };
@@ -28,14 +29,11 @@ const LOOK: ShellLook = ShellLook {
 };
 
 /// The layer.
-pub const LAYER: LayerInfo = LayerInfo {
-    is_of_room: true,
-    is_idle,
-    ..LayerInfo::new("Usable region", 130, |layers| &mut layers.region)
-};
+pub const LAYER: LayerInfo =
+    LayerInfo { is_of_room: true, is_idle, ..LayerInfo::new(&Layer::REGION) };
 
 /// In the legend it comes below model validity.
-pub const LEGEND_ORDER: u32 = 145;
+pub const LEGEND_ORDER: u32 = Layer::SUPPORT.order + 5;
 
 /// Finds and draws the usable region while its layer is on.
 pub struct RegionPlugin;
@@ -57,12 +55,9 @@ impl FromWorld for RegionLayer {
     }
 }
 
-/// What it shows.
-const ABOUT: &str = "Where in the volume the design meets its requirement";
-
 impl Plugin for RegionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT)
+        app.add_layer(LAYER)
             .init_resource::<RegionLayer>()
             .add_systems(
                 Update,

@@ -1,15 +1,15 @@
-//! Layers register: each file of a layer adds its name, its switch, its settings, what it writes
+//! Layers register: each file of a layer adds its row in the table of layers, its settings, what it writes
 //! into the legend and its value under the pointer. The list of switches, the legend and the probe
 //! iterate over what was registered.
 
 use crate::document::requests::{OpenWorld, ViewRequest};
 use crate::document::state::Notice;
-use crate::layers::legend::{LegendKey, StrokeKey};
+use crate::layers::legend::LegendKey;
 use crate::shell::commands::{AddCommand, Command, Group};
 use bevy::prelude::{App, MessageWriter, Res, ResMut, Resource, World};
 use bevy_egui::egui::Ui;
 use trackwright_design::Design;
-use trackwright_design::view::{Layers, View};
+use trackwright_design::view::{Layer, Layers, View};
 use trackwright_field::environment::Environment;
 use trackwright_geometry::orbit::OrbitCamera;
 use trackwright_geometry::surface::Ray;
@@ -24,65 +24,55 @@ const LIST_ONLY: u16 = 100;
 /// A layer as the list of switches and the legend know it.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerInfo {
-    pub name: &'static str,
-    /// What it shows, in a sentence: set where it is registered.
-    pub about: &'static str,
-    /// Where it stands in the list, and in the legend.
-    pub order: u32,
-    pub switch: fn(&mut Layers) -> &mut bool,
+    /// Its row in the table of layers.
+    pub row: &'static Layer,
     /// Whether it is about places in the room rather than about bodies.
     pub is_of_room: bool,
     /// Why it cannot be turned on in a room; `None` where it can.
     pub why_not: fn(&Environment) -> Option<&'static str>,
     /// Draws what can be set of it, below its switch while it is on.
     pub settings: Option<fn(&mut Ui, &mut View, &SettingsContext)>,
-    /// What is magnified of it, which the legend explains while it is on.
-    pub stroke: Option<StrokeKey>,
-    /// What it draws at true size, likewise.
+    /// What it draws, which the legend explains while it is on.
     pub keys: fn(&OpenDesign) -> Vec<LegendKey>,
     /// Whether it has nothing left to compute.
     pub is_idle: fn(&World) -> bool,
 }
 
 impl LayerInfo {
-    pub const fn new(name: &'static str, order: u32, switch: fn(&mut Layers) -> &mut bool) -> Self {
+    pub const fn new(row: &'static Layer) -> Self {
         Self {
-            name,
-            about: "",
-            order,
-            switch,
+            row,
             is_of_room: false,
             why_not: |_| None,
             settings: None,
-            stroke: None,
             keys: |_| Vec::new(),
             is_idle: |_| true,
         }
     }
 
-    pub fn is_on(&self, mut layers: Layers) -> bool {
-        *(self.switch)(&mut layers)
+    pub fn is_on(&self, layers: Layers) -> bool {
+        self.row.is_on(layers)
     }
 
     /// What it shows, and why it cannot be turned on in a room.
     pub fn tooltip(&self, environment: &Environment) -> String {
         match (self.why_not)(environment) {
-            Some(why_not) => format!("{}. Not now: {why_not}", self.about),
-            None => self.about.to_owned(),
+            Some(why_not) => format!("{}. Not now: {why_not}", self.row.about),
+            None => self.row.about.to_owned(),
         }
     }
 
     /// The command that switches it.
     fn command(&self) -> Command {
         // Names of commands live as long as the program, and so do these.
-        let name = format!("Show layer: {}", self.name).leak();
-        let order = LIST_ONLY + u16::try_from(self.order).unwrap_or(u16::MAX - LIST_ONLY);
-        Command::new(LAYERS, order, name, self.about).available_if(|now| now.world.is_some())
+        let name = format!("Show layer: {}", self.row.label).leak();
+        let order = LIST_ONLY + u16::try_from(self.row.order).unwrap_or(u16::MAX - LIST_ONLY);
+        Command::new(LAYERS, order, name, self.row.about).available_if(|now| now.world.is_some())
     }
 
     /// Turns it on or off; why it cannot be turned on.
     fn toggle(&self, view: &mut View, environment: &Environment) -> Result<(), &'static str> {
-        let is_on = (self.switch)(&mut view.layers);
+        let is_on = (self.row.switch)(&mut view.layers);
         match (self.why_not)(environment) {
             Some(why_not) if !*is_on => Err(why_not),
             _ => {
@@ -140,17 +130,16 @@ pub struct LayerRegistry {
 
 /// Registers layers with an [`App`].
 pub trait AddLayer {
-    /// Adds a layer with a sentence that explains it, and the command that switches it.
-    fn add_layer(&mut self, layer: LayerInfo, about: &'static str) -> &mut Self;
+    /// Adds a layer, and the command that switches it.
+    fn add_layer(&mut self, layer: LayerInfo) -> &mut Self;
     fn add_probe(&mut self, probe: ProbeInfo) -> &mut Self;
 }
 
 impl AddLayer for App {
-    fn add_layer(&mut self, layer: LayerInfo, about: &'static str) -> &mut Self {
-        let layer = LayerInfo { about, ..layer };
+    fn add_layer(&mut self, layer: LayerInfo) -> &mut Self {
         self.add_command(layer.command(), switch(layer));
         let layers = &mut self.world_mut().get_resource_or_init::<LayerRegistry>().layers;
-        let at = layers.partition_point(|other| other.order <= layer.order);
+        let at = layers.partition_point(|other| other.row.order <= layer.row.order);
         layers.insert(at, layer);
         self
     }
@@ -174,7 +163,7 @@ fn switch(
             Ok(()) => {
                 views.write(ViewRequest::Set(view));
             }
-            Err(why_not) => *notice = Notice::Refused(format!("{}: {why_not}", layer.name)),
+            Err(why_not) => *notice = Notice::Refused(format!("{}: {why_not}", layer.row.label)),
         }
     }
 }
@@ -198,11 +187,12 @@ mod tests {
     #[test]
     fn layers_are_listed_by_their_order() {
         let mut app = App::new();
-        for (name, order) in [("b", 20), ("c", 30), ("a", 10), ("also b", 20)] {
-            app.add_layer(LayerInfo::new(name, order, |layers| &mut layers.grid), "A layer");
+        for layer in Layer::ALL.iter().rev() {
+            app.add_layer(LayerInfo::new(layer));
         }
         let layers = &app.world().resource::<LayerRegistry>().layers;
-        let names: Vec<_> = layers.iter().map(|layer| layer.name).collect();
-        assert_eq!(names, ["a", "b", "also b", "c"]);
+        assert!(
+            layers.iter().map(|layer| layer.row.label).eq(Layer::ALL.iter().map(|own| own.label))
+        );
     }
 }

@@ -29,17 +29,14 @@ use bevy::prelude::*;
 use bevy::render::render_resource::PrimitiveTopology;
 use bevy_egui::egui::{self, ComboBox, Slider, SliderClamping, Ui};
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright_design::view::{Quantity, SliceAxis, SliceView, View};
+use trackwright_design::view::{Layer, Quantity, SliceAxis, SliceView, View};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_simulation::{Reading, Requirement, SliceHit, SliceOutcome};
 
 /// The layer.
-pub const LAYER: LayerInfo = LayerInfo {
-    is_of_room: true,
-    settings: Some(settings_ui),
-    ..LayerInfo::new("Error slice", 100, |layers| &mut layers.slice)
-};
+pub const LAYER: LayerInfo =
+    LayerInfo { is_of_room: true, settings: Some(settings_ui), ..LayerInfo::new(&Layer::SLICE) };
 
 const FACE: &str = "Turns the slice to face the view, through what the camera looks at, and keeps it \
     there while the view turns; press again to turn it again";
@@ -80,12 +77,9 @@ struct HeldSlice {
     grabbed_at_mm: f64,
 }
 
-/// What it shows.
-const ABOUT: &str = "A plane through the room, coloured by its error or by the model validity";
-
 impl Plugin for SlicePlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT)
+        app.add_layer(LAYER)
             .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
             .init_resource::<SliceDrag>()
             .insert_resource(ColorScale { map: ColorMap::default(), max_mm: 0.0 })
@@ -121,7 +115,7 @@ fn choose_scale(
     let shown = slice.filter(|_| document.view().layers.slice);
     let requirement = document.design().requirement;
     legends.set(
-        LAYER.order,
+        LAYER.row.order,
         shown.map_or_else(Legend::default, |slice| Legend {
             bar: Some(bar(slice, &scale, requirement)),
             keys: keys(slice, scale.map),

@@ -1,7 +1,6 @@
 //! A tool as it is reported: its mesh, translucent with a bright rim, where the magnified error puts it.
 
 use crate::convert;
-use crate::layers::magnification::ToolErrors;
 use crate::palette::Rgb;
 use crate::scene::body_meshes::{BodyMeshes, Shapes, is_same_mesh, paints_in_software};
 use crate::scene::materials::glow::GlowMaterial;
@@ -11,6 +10,7 @@ use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
 use trackwright_design::BodyRole;
 use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_scene::tool_errors::ToolErrors;
 
 /// How a ghost looks.
 pub struct GhostLook {

@@ -14,6 +14,7 @@ use crate::schedule::{EditorSystems, request_then_receive};
 use bevy::prelude::*;
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
+use trackwright_design::view::Layer;
 use trackwright_field::Environment;
 use trackwright_simulation::{SupportedRegion, SupportedRegionError, supported_region};
 
@@ -34,7 +35,7 @@ pub const LAYER: LayerInfo = LayerInfo {
     is_of_room: true,
     why_not: |environment| (!environment.has_validity()).then_some(NO_SUPPORT),
     is_idle,
-    ..LayerInfo::new("Model support", 140, |layers| &mut layers.support)
+    ..LayerInfo::new(&Layer::SUPPORT)
 };
 
 /// Finds and draws the region of supported field while its layer is on.
@@ -69,12 +70,9 @@ impl FromWorld for SupportLayer {
     }
 }
 
-/// What it shows.
-const ABOUT: &str = "Where in its box the room's model is valid, judged by its measurements";
-
 impl Plugin for SupportPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT)
+        app.add_layer(LAYER)
             .init_resource::<SupportLayer>()
             .add_systems(
                 Update,
@@ -111,7 +109,7 @@ fn request(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: 
     }
     let Some(key) = key else {
         layer.newest.give_up();
-        legends.set_surface(LAYER.order, LOOK.color, None);
+        legends.set_surface(LAYER.row.order, LOOK.color, None);
         return;
     };
     let Key { environment, axis } = key.clone();
@@ -137,7 +135,7 @@ fn receive(
         Ok(region) => Ok(in_words(region)),
         Err(error) => Err(format!("no supported region: {error}")),
     });
-    legends.set_surface(LAYER.order, LOOK.color, words);
+    legends.set_surface(LAYER.row.order, LOOK.color, words);
 }
 
 /// `field supported in 61 % of the box, sensor along z`.

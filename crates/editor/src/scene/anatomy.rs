@@ -15,13 +15,13 @@ use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
 use trackwright_design::BodyRole;
+use trackwright_design::view::Layer;
 use trackwright_formats::printable::printable;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_scene::color_of_anatomy;
 
 /// The layer.
-const LAYER: LayerInfo =
-    LayerInfo { keys, ..LayerInfo::new("Anatomy", 40, |layers| &mut layers.anatomy) };
+const LAYER: LayerInfo = LayerInfo { keys, ..LayerInfo::new(&Layer::ANATOMY) };
 
 /// What comes with the bodies' meshes, and the design's own meshes by their names.
 fn keys(open: &trackwright_project::World) -> Vec<LegendKey> {
@@ -62,12 +62,9 @@ struct MadeFrom {
 #[derive(Resource, Default)]
 struct AnatomyShapes(Vec<(Arc<SurfaceMesh>, Vec<Shapes>)>);
 
-/// What it shows.
-const ABOUT: &str = "The patient's anatomy, translucent, for orientation: no figure depends on it";
-
 impl Plugin for AnatomyPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT).init_resource::<AnatomyShapes>().add_systems(
+        app.add_layer(LAYER).init_resource::<AnatomyShapes>().add_systems(
             Update,
             draw_anatomy
                 .run_if(resource_exists_and_changed::<ShownDesign>)

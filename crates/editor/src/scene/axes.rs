@@ -8,6 +8,7 @@ use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
+use trackwright_design::view::Layer;
 use trackwright_scene::ground;
 
 /// The layer.
@@ -15,7 +16,7 @@ const LAYER: LayerInfo = LayerInfo {
     keys: |_| {
         vec![axes_key(), LegendKey::new(Swatch::Line(palette::GRID), "ground, 50 mm a square")]
     },
-    ..LayerInfo::new("Ground grid", 30, |layers| &mut layers.grid)
+    ..LayerInfo::new(&Layer::GRID)
 };
 
 /// In the legend of both layers that the axes are drawn with.
@@ -33,12 +34,9 @@ struct Ground(Theme);
 #[derive(Component)]
 struct TrackerAxes(Theme);
 
-/// What it shows.
-const ABOUT: &str = "A grid on the ground, which shows distances at a glance";
-
 impl Plugin for AxesPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT).add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             (show_axes, show_grid)
                 .run_if(resource_exists::<OpenWorld>)

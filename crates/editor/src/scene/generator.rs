@@ -9,6 +9,7 @@ use crate::scene::axes::axes_key;
 use crate::scene::materials::lit::LitMaterial;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
+use trackwright_design::view::Layer;
 use trackwright_field::generator::Generator as FieldGenerator;
 use trackwright_formats::printable::printable;
 use trackwright_scene::coils::coil_lines;
@@ -23,7 +24,7 @@ const LAYER: LayerInfo = LayerInfo {
         let own = LegendKey::new(Swatch::Line(palette::GENERATOR), "field generator");
         [own, axes_key()].into_iter().chain(coils).collect()
     },
-    ..LayerInfo::new("Field generator", 20, |layers| &mut layers.generator)
+    ..LayerInfo::new(&Layer::GENERATOR)
 };
 
 /// Draws the generator while its layer is on.
@@ -32,13 +33,9 @@ pub struct GeneratorPlugin;
 #[derive(Component)]
 struct Generator;
 
-/// What it shows.
-const ABOUT: &str = "The field generator at the origin of the tracker frame, with its coils where the room states them, and \
-     the tracker's axes";
-
 impl Plugin for GeneratorPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT).add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             (
                 show.run_if(resource_exists_and_changed::<OpenWorld>),

@@ -10,6 +10,7 @@ use crate::schedule::EditorSystems;
 use crate::{convert, palette};
 use bevy::prelude::*;
 use nalgebra::Point3;
+use trackwright_design::view::Layer;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::outline::Outline;
 use trackwright_geometry::volume::Volume;
@@ -32,7 +33,7 @@ const LAYER: LayerInfo = LayerInfo {
             .then(|| LegendKey::new(Swatch::Line(palette::MODEL_BOX), "box of the room's model"));
         volume.into_iter().chain(model).collect()
     },
-    ..LayerInfo::new("Volume", 10, |layers| &mut layers.volume)
+    ..LayerInfo::new(&Layer::VOLUME)
 };
 
 /// Draws both boxes while their layer is on.
@@ -49,13 +50,9 @@ struct VolumeLines {
 #[derive(Component)]
 struct VolumePart;
 
-/// What it shows.
-const ABOUT: &str =
-    "The tracker's measurement volume with its lengths, and the box that the room's model covers";
-
 impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT).add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             show.run_if(resource_exists::<OpenWorld>).run_if(is_due).in_set(EditorSystems::Draw),
         );

@@ -8,7 +8,7 @@ use crate::nearest::nearest;
 use crate::ron_text::unknown_field;
 use crate::ron_tokens::place;
 use crate::ron_tree::Node;
-use trackwright_design::view::Layers;
+use trackwright_design::view::Layer;
 
 /// More names than anybody mistypes; a file may hold any number.
 const MOST: usize = 8;
@@ -44,8 +44,7 @@ impl UnknownLayers {
 }
 
 fn unknown_names(text: &str, view: Option<&Node>) -> Result<Vec<String>, FormatError> {
-    let known = Layers::fields();
-    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let known: Vec<&str> = Layer::ALL.iter().map(|layer| layer.field).collect();
     let mut unknown = Vec::new();
     for layer in view.and_then(|view| view.field("layers")).map_or(&[][..], Node::fields) {
         let name = layer.name.as_str();

@@ -132,7 +132,7 @@ fn views_without_newer_fields_read_as_before() {
         "    motion: (",
         "    view: (
         camera: (focus_mm: (1.0, 2.0, 3.0), distance_mm: 900.0, azimuth_rad: 0.7, elevation_rad: 0.3),
-        layers: (volume: true, generator: true, grid: true, anatomy: true, sensor_errors: true, tip_error: true, ghost: true, motion: true, tip_scatter: true, slice: true, arrows: true, placement: true, region: true, support: true, labels: true),
+        layers: (volume: true, generator: false, anatomy: false, ghost: true),
         placement_rule: Normal,
         placement_range_mm: 4.0,
     ),
@@ -146,10 +146,9 @@ fn views_without_newer_fields_read_as_before() {
         elevation_rad: 0.3,
         is_orthographic: false,
     };
-    let all = Layers::named("all").unwrap();
     let expected = View {
         camera: Some(camera),
-        layers: Layers { requirement: false, mounting: false, ..all },
+        layers: Layers { volume: true, anatomy: false, ..Layers::default() },
         placement_rule: AxisRule::Normal,
         placement_depth: CoilDepth::Surface,
         placement_range_mm: Some(4.0),

@@ -151,7 +151,7 @@ impl<'a> Column<'a> {
         let head = magnified_words(view)
             .map(|words| painter.layout_no_wrap(words, theme::body_font(), strong));
         let strokes = entries.strokes.iter().map(|stroke| {
-            let words = if view.is_plain { stroke.plain_words } else { stroke.words };
+            let words = if view.is_plain { &stroke.plain_words } else { &stroke.words };
             LaidKey::new(painter, Swatch::Line(stroke.color), words)
         });
         let own = entries.keys.iter().map(|key| LaidKey::new(painter, key.swatch, &key.text));

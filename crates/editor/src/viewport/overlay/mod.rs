@@ -35,24 +35,21 @@ use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use nalgebra::Point3;
 use trackwright_design::Things;
-use trackwright_design::view::Layers;
+use trackwright_design::view::{Layer, Layers};
 use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
 use trackwright_geometry::gizmo::{Eye, Gizmo};
 use trackwright_geometry::orbit::OrbitCamera;
 use trackwright_simulation::{PoseDetail, Study};
 
-const LABELS: LayerInfo = LayerInfo::new("Labels", 150, |layers| &mut layers.labels);
+const LABELS: LayerInfo = LayerInfo::new(&Layer::LABELS);
 
 /// Paints over the 3D view, in [`UiSystems::Overlay`].
 pub struct OverlayPlugin;
 
-/// What it shows.
-const ABOUT: &str = "Names, lengths and letters of axes beside what they belong to";
-
 impl Plugin for OverlayPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LABELS, ABOUT)
+        app.add_layer(LABELS)
             .init_resource::<BodyTroubles>()
             .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
     }

@@ -4,7 +4,7 @@
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
 use crate::layers::legend::{Legend, Legends, StrokeKey};
-use crate::layers::magnification::{ShownErrors, ToolErrors};
+use crate::layers::magnification::{ShownErrors, anything_moved};
 use crate::layers::tool_ghost::{GhostLook, ToolGhost};
 use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::scene::screen_size::{ScreenSized, SizeBounds};
@@ -16,6 +16,8 @@ use crate::workspaces::decide::state::{DecideState, Pinned};
 use crate::{convert, palette};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use trackwright_design::view::Layer;
+use trackwright_scene::tool_errors::ToolErrors;
 
 const LOOK: GhostLook = GhostLook {
     name: "baseline ghost",
@@ -35,13 +37,9 @@ const SENSOR_ORDER_MM: f32 = 18_000.0;
 const SENSOR: SizeBounds = SizeBounds { true_mm: 2.5, least_px: 7.0, most_px: 14.0, extra_px: 0.0 };
 
 /// In the legend it comes after the design's own ghost.
-const LEGEND_ORDER: u32 = 75;
+const LEGEND_ORDER: u32 = Layer::GHOST.order + 5;
 
-const STROKE: StrokeKey = StrokeKey {
-    words: "baseline as tracked, and its sensors",
-    plain_words: "baseline as tracked, and its sensors",
-    color: palette::BASELINE,
-};
+const WORDS: &str = "baseline as tracked, and its sensors";
 
 /// Draws the baseline while the workspace is shown.
 pub struct BaselineGhostPlugin;
@@ -74,7 +72,7 @@ impl ShownBaseline<'_> {
     fn tool(&self) -> Option<(&Pinned, ToolErrors)> {
         let pinned = self.pinned()?;
         let (_, found) = self.against.found(pinned.serial)?;
-        Some((pinned, ToolErrors::of(&pinned.design, &found.pose)?))
+        Some((pinned, ToolErrors::of(&pinned.design, &found.pose)))
     }
 }
 
@@ -85,7 +83,7 @@ impl Plugin for BaselineGhostPlugin {
             (show_ghost, show_sensors)
                 .run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
                 .run_if(
-                    crate::layers::tip_error::anything_moved
+                    anything_moved
                         .or_else(resource_changed::<Against>)
                         .or_else(resource_changed::<DecideState>)
                         .or_else(resource_changed::<Workspace>),
@@ -100,7 +98,7 @@ fn show_ghost(
     mut ghost: ToolGhost<BaselineGhost>,
     mut legends: ResMut<Legends>,
 ) {
-    let stroke = baseline.pinned().map(|_| STROKE);
+    let stroke = baseline.pinned().map(|_| StrokeKey::new(palette::BASELINE, WORDS, WORDS));
     legends.set(LEGEND_ORDER, Legend { stroke, ..Legend::default() });
     let tool = baseline.tool();
     let tool = tool.and_then(|(pinned, tool)| Some((pinned.tool_mesh.as_ref()?, tool)));

@@ -14,11 +14,12 @@ use crate::workspaces::field::state::FieldState;
 use bevy::picking::Pickable;
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_design::view::Layer;
 use trackwright_metal::identify::FoundBody;
 use trackwright_report::found_metal::kind_name;
 
 /// In the legend it comes after places found for sensors.
-const LEGEND_ORDER: u32 = 123;
+const LEGEND_ORDER: u32 = Layer::PLACEMENT.order + 3;
 
 /// Behind other translucent things.
 const ORDER_MM: f32 = -200.0;

@@ -100,7 +100,7 @@ fn choose_scale(
         .into_iter()
         .filter_map(|role| Some(state.sample_values(role)?.1.position_p95_mm))
         .reduce(f64::max);
-    let of_arrows = legends.bar(field_arrows::LAYER.order);
+    let of_arrows = legends.bar(field_arrows::LAYER.row.order);
     let of_arrows = of_arrows.map(|bar| ColorScale { map: bar.map, max_mm: bar.max });
     let own = largest_mm.map(|max_mm| ColorScale { map: view.color_maps().spare, max_mm });
     scale.set_if_neq(SampleScale(own.map(|own| of_slice.or(of_arrows).unwrap_or(own))));

@@ -1,6 +1,6 @@
 //! The slide of a design that has none: what it is, and how well it does.
 
-use trackwright_design::view::{Layers, View};
+use trackwright_design::view::View;
 use trackwright_design::{Document, Slide, SlideFigure};
 use trackwright_report::words::for_audience;
 
@@ -17,24 +17,7 @@ pub fn slide_of(document: &Document) -> Slide {
         title: for_audience(&design.name),
         caption: String::new(),
         figures,
-        view: View { layers: plain(own.layers), ..own.clone() },
-    }
-}
-
-/// Without what only those understand who design the tool.
-fn plain(layers: Layers) -> Layers {
-    Layers {
-        volume: false,
-        generator: false,
-        grid: false,
-        sensor_errors: false,
-        motion: false,
-        tip_scatter: false,
-        slice: false,
-        arrows: false,
-        placement: false,
-        support: false,
-        ..layers
+        view: View { layers: own.layers.for_audience(), ..own.clone() },
     }
 }
 

@@ -4,14 +4,16 @@ use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::layers::legend::{Legend, Legends, StrokeKey};
-use crate::layers::magnification::{ShownErrors, ToolErrors};
+use crate::layers::magnification::{ShownErrors, anything_moved};
 use crate::layers::tool_ghost::{GhostLook, ToolGhost};
 use crate::palette;
 use crate::scene::bodies::shown_mesh;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use trackwright_design::BodyRole;
+use trackwright_design::view::Layer;
 use trackwright_geometry::pose::Pose;
+use trackwright_scene::tool_errors::ToolErrors;
 
 const LOOK: GhostLook = GhostLook {
     name: "measured ghost",
@@ -25,13 +27,10 @@ const LOOK: GhostLook = GhostLook {
 };
 
 /// In the legend it comes after the design's own ghost.
-const LEGEND_ORDER: u32 = 72;
+const LEGEND_ORDER: u32 = Layer::GHOST.order + 2;
 
-const STROKE: StrokeKey = StrokeKey {
-    words: "tool as measured",
-    plain_words: "where the built tool was measured",
-    color: palette::MEASURED,
-};
+const WORDS: &str = "tool as measured";
+const PLAIN_WORDS: &str = "where the built tool was measured";
 
 /// Draws the measured tool while a recorded pose is shown.
 pub struct MeasuredGhostPlugin;
@@ -45,10 +44,7 @@ impl Plugin for MeasuredGhostPlugin {
         app.add_systems(
             Update,
             show.run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
-                .run_if(
-                    crate::layers::tip_error::anything_moved
-                        .or_else(resource_exists_and_changed::<TrialChoice>),
-                )
+                .run_if(anything_moved.or_else(resource_exists_and_changed::<TrialChoice>))
                 .in_set(EditorSystems::Draw),
         );
     }
@@ -62,7 +58,7 @@ fn show(
 ) {
     let tool = measured_tool(&errors, &choice);
     let mesh = tool.and_then(|_| shown_mesh(&errors.world.0, BodyRole::Tool));
-    let stroke = mesh.as_ref().map(|_| STROKE);
+    let stroke = mesh.as_ref().map(|_| StrokeKey::new(palette::MEASURED, WORDS, PLAIN_WORDS));
     legends.set(LEGEND_ORDER, Legend { stroke, ..Legend::default() });
     ghost.show(mesh.as_ref().zip(tool), errors.times(), MeasuredGhost, &LOOK);
 }

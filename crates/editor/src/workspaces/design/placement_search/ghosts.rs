@@ -16,12 +16,13 @@ use crate::workspaces::design::workspace::WORKSPACE;
 use bevy::prelude::*;
 use nalgebra::Point3;
 use trackwright_design::BodyRole;
+use trackwright_design::view::Layer;
 use trackwright_geometry::pose::Pose;
 use trackwright_scene::sensor_look::{SensorLook, axis_solid};
 use trackwright_simulation::Sensor;
 
 /// In the legend they come after the best place of one sensor.
-pub const LEGEND_ORDER: u32 = 122;
+pub const LEGEND_ORDER: u32 = Layer::PLACEMENT.order + 2;
 
 /// Over what hides it, and before the design's own sensors.
 const ORDER_MM: f32 = 18_500.0;
