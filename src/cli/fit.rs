@@ -18,7 +18,6 @@ use trackwright_field::environment::Jitter;
 use trackwright_field::fit::{FitMethod, FitSettings};
 use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::sensors::SensorSpread;
-use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{MOST_LAG_ROWS, Output, SampleReading};
@@ -190,7 +189,7 @@ const DEFAULT_RCOND: f64 = 1e-10;
 /// Files that can't be used, a hold-out that is fitted as well, settings that make no fit.
 pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    output.expect_kind(ENVIRONMENT)?;
+    output.expect_own()?;
     let request = model_request(args)?;
     let map = request.map;
     let kind = args.model.kind(has_polynomial_options(args))?;

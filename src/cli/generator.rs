@@ -6,7 +6,6 @@ use super::prelude::*;
 use clap::Subcommand;
 use trackwright_field::harmonic::{LearnSettings, learn};
 use trackwright_field::samples::MeasurementSet;
-use trackwright_formats::signature::GENERATOR;
 use trackwright_project::SampleReading;
 use trackwright_report::room_section::learned_section;
 use trackwright_result::Section;
@@ -48,7 +47,7 @@ pub struct LearnArgs {
 pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let GeneratorCommand::Learn(args) = command;
     let output = files.output(&args.output)?;
-    output.expect_kind(GENERATOR)?;
+    output.expect_own()?;
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {

@@ -104,7 +104,7 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     named_once(&args.environment, "environment")?;
     let world = files.open_design(&args.design)?;
-    output.expect_new()?;
+    output.expect_own()?;
     trackwright_project::check_place(&args.output)?;
     let rooms = rooms(args, files, &world)?;
     note_problems(&world, &rooms);

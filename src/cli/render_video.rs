@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use trackwright_editor::app::film::{FilmMove, film};
 use trackwright_editor::app::picture::{Picture, PictureError, PictureSetup};
-use trackwright_formats::signature::MP4;
 use trackwright_project::{
     self, ENCODER, FrameFolder, Output, StoreError, VideoError, VideoFile, VideoShape, World,
 };
@@ -108,7 +107,7 @@ impl VideoArgs {
         shape.check().context("--size")?;
         check_name(to)?;
         if !is_folder(to) {
-            output.expect_kind(MP4)?;
+            output.expect_own()?;
         }
         if let FilmMove::Motion { trials } = what
             && trials > frames
@@ -142,7 +141,9 @@ impl VideoArgs {
         filmed.with_context(|| format!("cannot write {}", to.display()))?;
         match begun {
             Some((Frames::Video(file), _)) => {
-                file.finish().with_context(|| format!("cannot write {}", to.display()))
+                file.finish().with_context(|| format!("cannot write {}", to.display()))?;
+                output.is_written();
+                Ok(())
             }
             Some((Frames::Pictures(folder), video)) => {
                 output::print(&folder.command(&video, frames, self.fps))

@@ -13,7 +13,6 @@ use trackwright_calibration::row_labels::{HeldOut, RowLabels};
 use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
-use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_report::room_section::fit_section;
 use trackwright_report::selection_section::{curve_items, selection_section};
@@ -126,7 +125,7 @@ pub struct SelectArgs {
 pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let environment = files.optional_output(args.output.as_deref())?;
     if let Some(environment) = &environment {
-        environment.expect_kind(ENVIRONMENT)?;
+        environment.expect_own()?;
     }
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;

@@ -164,7 +164,8 @@ fn new_colours_need_no_new_samples() {
         view.slice.color_map = ColorMap::Inferno;
         view.arrows.range_mm = Some(1.5);
     });
-    let bar = app.world().resource::<Legends>().bar(field_arrows::LAYER.row.order).cloned().unwrap();
+    let bar =
+        app.world().resource::<Legends>().bar(field_arrows::LAYER.row.order).cloned().unwrap();
     assert_eq!((bar.map, bar.max), (ColorMap::Inferno, 1.5));
     assert_eq!(work(&app).arrow_evaluations, once);
 }

@@ -1,4 +1,4 @@
-//! What kind of document a file is by how it begins: what may take the place of what.
+//! What kind of document a file is by how it begins, for messages about it.
 
 use super::ron_tokens::{Token, Tokens};
 use super::tool_definition::{kind_of, kind_of_extension};
@@ -25,17 +25,13 @@ const MAGIC: [(&[u8], &str); 8] = [
     (b"\x7fELF", "a program"),
 ];
 
-pub const ENVIRONMENT: &str = "an environment";
-pub const GENERATOR: &str = "a field generator";
-
-/// Its first bytes are a length.
-pub const MP4: &str = "an MP4 video";
+const ENVIRONMENT: &str = "an environment";
 
 /// The program's own documents by a field that only they have.
 const DOCUMENTS: [(&str, &str); 5] = [
     ("environment", "a design"),
     ("sensors", "a body"),
-    ("coils", GENERATOR),
+    ("coils", "a field generator"),
     ("model", ENVIRONMENT),
     ("metal", ENVIRONMENT),
 ];
@@ -83,7 +79,7 @@ impl Signature {
             return Self::Definition(kind);
         }
         if beginning.get(4..8) == Some(b"ftyp") {
-            return Self::Kind(MP4);
+            return Self::Kind("an MP4 video");
         }
         if let Some((_, kind)) = MAGIC.iter().find(|(magic, _)| beginning.starts_with(magic)) {
             return Self::Kind(kind);
@@ -110,20 +106,6 @@ impl Signature {
             return Self::Kind(kind);
         }
         Self::Text(text.lines().next().unwrap_or_default().trim_end().to_owned())
-    }
-}
-
-/// Whether a file that begins with `old` may be an earlier version of one that begins with `new`, both
-/// written by this program: they are of one kind, and nobody wrote into the old one by hand. A maker's
-/// definition may always be its own.
-pub fn may_replace(old: &[u8], new: &[u8], extension: &str) -> Result<(), Signature> {
-    let (found, written) = (Signature::of(old, extension), Signature::of(new, extension));
-    let is_by_hand = holds_more_than_written(old);
-    match &found {
-        Signature::Empty => Ok(()),
-        Signature::Definition(_) | Signature::Binary => Err(found),
-        _ if found == written && !is_by_hand => Ok(()),
-        _ => Err(found),
     }
 }
 
@@ -274,21 +256,5 @@ mod tests {
         assert!(OWN_COMMENTS.iter().all(|comment| is_own_comment(comment)));
         assert!(is_own_comment("// 3 of 14: axis (0.5774, 0.5774, 0.5774)"));
         assert!(!is_own_comment("// 3 of 14 were wrong: axis (x)"));
-    }
-
-    #[test]
-    fn only_an_earlier_output_may_be_replaced() {
-        let table = b"x_mm,y_mm\n1,2\n".as_slice();
-        let may =
-            |old: &[u8], new: &[u8], extension: &str| may_replace(old, new, extension).is_ok();
-        assert!(may(b"x_mm,y_mm\n", table, "csv") && may(b"", table, "csv"));
-        assert!(!may(b"x_mm,z_mm\n", table, "csv") && !may(b"notes\n", table, "csv"));
-        let body = b"(version: 1, sensors: [])".as_slice();
-        assert!(may(body, body, "ron"));
-        assert!(!may(b"(version: 1, sensors: []) // mine", body, "ron"));
-        assert!(!may(b"(environment: \"a\", tool: ())", body, "ron"));
-        assert!(!may(b"\xff\xfe\x00", b"\xff\xfe\x00", "bin"));
-        let tool = b"<plist/>".as_slice();
-        assert!(!may(tool, tool, "tool") && may(tool, tool, "xml"));
     }
 }

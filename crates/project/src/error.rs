@@ -48,7 +48,7 @@ pub enum StoreError {
     #[error("{}: this command writes {} there as well, expected two files", file.display(), other.display())]
     TwoOutputs { file: PathBuf, other: PathBuf },
     /// Something to be written over that is no earlier output.
-    #[error("{}: found {found}, which this command did not write; expected another name, or --overwrite to replace it", file.display())]
+    #[error("{}: found {found} that no command wrote, or that somebody has changed since; expected another name, or --overwrite to replace it", file.display())]
     NotOwn { file: PathBuf, found: Signature },
     #[error("{}: the design itself uses this file, expected another one to save as", file.display())]
     InUse { file: PathBuf },

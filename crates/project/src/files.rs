@@ -9,6 +9,7 @@ use super::stamps::Stamps;
 use super::tool::{ReadTool, moved_body_text, read_tool};
 use super::world::World;
 use super::write::{Draft, remove_leftovers, write_error};
+use super::written;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -162,71 +163,58 @@ impl Output<'_> {
     /// on the disk. What is no plain file (`/dev/stdout`, a pipe) is written to as it is.
     ///
     /// # Errors
-    /// [`StoreError::Write`], or [`StoreError::NotOwn`] for a document that is there and not an earlier
-    /// output of this kind; what was there before is then untouched.
+    /// [`StoreError::Write`], or [`StoreError::NotOwn`] for a file that no command wrote or that somebody
+    /// has changed since; what was there before is then untouched.
     pub fn write(
         &self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), StoreError> {
         let fails = |cause| write_error(&self.file, cause);
         let draft = Draft::write(&self.file, write).map_err(fails)?;
-        if !self.files.is_overwriting
-            && let Some(found) = self.refused(&draft).map_err(fails)?
-        {
-            return Err(StoreError::NotOwn { file: self.file.clone(), found });
+        if !draft.is_there_already().map_err(fails)? {
+            self.expect_own()?;
         }
+        let is_plain = draft.is_plain();
         draft.place().map_err(fails)?;
         // It is another one now than it was, or was not there.
-        self.files.is_written(&self.file);
+        match is_plain {
+            true => self.is_written(),
+            false => self.files.is_written(&self.file),
+        }
         Ok(())
     }
 
-    /// Refuses what is there before any work is done: for work that takes long, and for a file that
-    /// another program writes.
+    /// Refuses what is there before any work is done, where [`write`](Self::write) would: for work that
+    /// takes long, and for a file that another program writes.
     ///
     /// # Errors
-    /// [`StoreError::NotOwn`] for anything but that kind as this program writes it.
-    pub fn expect_kind(&self, kind: &'static str) -> Result<(), StoreError> {
-        self.expect(Some(kind))
-    }
-
-    /// Refuses whatever is there before any work is done: for documents that are also made by hand.
-    ///
-    /// # Errors
-    /// [`StoreError::NotOwn`] for anything but an empty file.
-    pub fn expect_new(&self) -> Result<(), StoreError> {
-        self.expect(None)
-    }
-
-    fn expect(&self, kind: Option<&'static str>) -> Result<(), StoreError> {
-        let is_there = std::fs::metadata(&self.file).is_ok_and(|m| m.is_file());
-        if self.files.is_overwriting || !is_there {
-            return Ok(());
+    /// [`StoreError::NotOwn`].
+    pub fn expect_own(&self) -> Result<(), StoreError> {
+        match self.refused() {
+            Some(found) => Err(StoreError::NotOwn { file: self.file.clone(), found }),
+            None => Ok(()),
         }
-        let mut old = Vec::new();
+    }
+
+    /// States that the file is what this command made of it: another program wrote it.
+    pub fn is_written(&self) {
+        self.files.is_written(&self.file);
+        written::remember(&self.file);
+    }
+
+    /// What is there and must not be replaced: a person made or changed it. An empty file holds nothing
+    /// that could be lost.
+    fn refused(&self) -> Option<Signature> {
+        let length = std::fs::metadata(&self.file).ok().filter(|m| m.is_file())?.len();
+        if self.files.is_overwriting || length == 0 || written::is_as_written(&self.file) {
+            return None;
+        }
+        let mut beginning = Vec::new();
         let there = File::open(&self.file);
-        let read = there.and_then(|f| f.take(signature::BEGINNING as u64).read_to_end(&mut old));
-        match Signature::of(&old, "") {
-            // What cannot be read is reported by whoever writes there.
-            _ if read.is_err() => Ok(()),
-            Signature::Empty => Ok(()),
-            Signature::Kind(found)
-                if Some(found) == kind && !signature::holds_more_than_written(&old) =>
-            {
-                Ok(())
-            }
-            found => Err(StoreError::NotOwn { file: self.file.clone(), found }),
-        }
-    }
-
-    fn refused(&self, draft: &Draft) -> io::Result<Option<Signature>> {
-        let Some([old, new]) = draft.beginnings(signature::BEGINNING as u64)? else {
-            return Ok(None);
-        };
-        match signature::may_replace(&old, &new, &extension_of(&self.file)) {
-            Err(found) if !draft.is_there_already()? => Ok(Some(found)),
-            _ => Ok(None),
-        }
+        let read =
+            there.and_then(|f| f.take(signature::BEGINNING as u64).read_to_end(&mut beginning));
+        // What cannot be read is reported by whoever writes there.
+        read.ok().map(|_| Signature::of(&beginning, &extension_of(&self.file)))
     }
 
     /// Writes bytes, as [`write`](Self::write) does.

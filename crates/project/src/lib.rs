@@ -52,6 +52,7 @@ mod video;
 mod watch;
 mod world;
 mod write;
+mod written;
 
 pub use baseline::{
     KeptBaseline, baseline_file_of, read_baseline, remove_baseline, write_baseline,

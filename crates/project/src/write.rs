@@ -5,7 +5,7 @@ use super::error::StoreError;
 use super::paths::{absolute, folder_of, free_name, is_still};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use trackwright_formats::signature::holds_more_than_written;
 
@@ -62,6 +62,10 @@ impl Draft {
             out.flush()?;
             return Ok(Self { file, temporary: None });
         }
+        // Renaming would replace it all the same.
+        if before.as_ref().is_some_and(|before| before.permissions().readonly()) {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
         let temporary = Temporary::next_to(&file, ".tmp")?;
         let mut out = BufWriter::new(&temporary.handle);
         write(&mut out)?;
@@ -74,21 +78,9 @@ impl Draft {
         Ok(Self { file, temporary: Some(temporary) })
     }
 
-    /// What it and the file that it is to replace begin with; `None` where there is nothing to replace.
-    pub(super) fn beginnings(&self, length: u64) -> io::Result<Option<[Vec<u8>; 2]>> {
-        let Some(temporary) = &self.temporary else {
-            return Ok(None);
-        };
-        let beginning = |file: &Path| -> io::Result<Vec<u8>> {
-            let mut bytes = Vec::new();
-            File::open(file)?.take(length).read_to_end(&mut bytes)?;
-            Ok(bytes)
-        };
-        match beginning(&self.file) {
-            Ok(old) => Ok(Some([old, beginning(&temporary.path)?])),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(error),
-        }
+    /// Whether it has a place among files, and is no device or pipe.
+    pub(super) fn is_plain(&self) -> bool {
+        self.temporary.is_some()
     }
 
     /// Whether the file that it is to replace holds the same already.
@@ -96,7 +88,10 @@ impl Draft {
         let Some(temporary) = &self.temporary else {
             return Ok(false);
         };
-        let is_as_long = fs::metadata(&self.file)?.len() == temporary.handle.metadata()?.len();
+        let Ok(there) = fs::metadata(&self.file) else {
+            return Ok(false);
+        };
+        let is_as_long = there.len() == temporary.handle.metadata()?.len();
         Ok(is_as_long && fs::read(&self.file)? == fs::read(&temporary.path)?)
     }
 

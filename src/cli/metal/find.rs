@@ -6,7 +6,6 @@ use clap::ArgAction;
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::MeasurementContent;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
-use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_metal::identify::compare::compare;
 use trackwright_metal::identify::{IdentifySettings, MAX_BODIES, identify, room_of_found};
 use trackwright_project::SampleReading;
@@ -58,7 +57,7 @@ pub struct FindArgs {
 pub fn run(args: &FindArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.optional_output(args.output.as_deref())?;
     if let Some(output) = &output {
-        output.expect_kind(ENVIRONMENT)?;
+        output.expect_own()?;
     }
     let generator = generator(files, args.generator.as_deref())?;
     let named = || args.data.display().to_string();
