@@ -1,7 +1,7 @@
 //! What an edit may put into a design.
 
 use super::content::DesignBody;
-use super::edit_error::EditError;
+use super::edit_error::{EditError, MAX_SENSORS};
 use super::things::BodyRole;
 use std::collections::HashSet;
 use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
@@ -25,6 +25,9 @@ pub(super) fn check_sensors(
     sensors: &[Sensor],
     changed: impl Iterator<Item = usize>,
 ) -> Result<(), EditError> {
+    if sensors.len() > MAX_SENSORS {
+        return Err(EditError::TooManySensors { body, count: sensors.len() });
+    }
     for sensor in changed.filter_map(|index| sensors.get(index)) {
         check_not_empty("sensor's name", &sensor.name)?;
         check_sensor(sensor)?;

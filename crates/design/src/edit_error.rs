@@ -10,6 +10,10 @@ use trackwright_procedure::Step;
 use trackwright_simulation::motion::MotionError;
 use trackwright_simulation::mounting::MountingError;
 
+/// More than any tracker has channels for, a hundred times; files hold no more either, as the time and
+/// memory of results grow with them.
+pub const MAX_SENSORS: usize = 1_000;
+
 // A file may hold any number of these; edits stop here.
 
 /// More than a scene has room for.
@@ -34,6 +38,8 @@ pub enum EditError {
     NoSuchTarget { index: usize, count: usize },
     #[error("the CRF already has a target named {name:?}, expected another name")]
     DuplicateTargetName { name: String },
+    #[error("the {body} would have {count} sensors, expected at most {MAX_SENSORS}")]
+    TooManySensors { body: BodyRole, count: usize },
     #[error("a body needs at least one sensor")]
     LastSensor,
     #[error("the {what} is empty, expected a name")]

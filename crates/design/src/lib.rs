@@ -43,7 +43,7 @@ pub use content::{CrfPlacement, Design, DesignBody, Target, ToolPlacement};
 pub use day::{Day, NoDay};
 pub use document::{Document, Origin};
 pub use edit::Edit;
-pub use edit_error::{EditError, MAX_ANATOMY, MAX_FURTHER_ROOMS, MAX_SLIDES};
+pub use edit_error::{EditError, MAX_ANATOMY, MAX_FURTHER_ROOMS, MAX_SENSORS, MAX_SLIDES};
 pub use handles::HandleAxes;
 pub use history::{HistoryList, HistoryState};
 pub use list_edits::{AnatomyEdit, ProcedureEdit, SlideEdit};

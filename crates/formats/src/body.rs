@@ -8,8 +8,8 @@ use super::tool_definition::definition::ToolDefinition;
 use data_encoding::BASE64;
 use serde::Deserialize;
 use std::sync::Arc;
-use trackwright_design::DesignBody;
 use trackwright_design::definition::{DefinitionFile, DefinitionKind};
+use trackwright_design::{DesignBody, MAX_SENSORS};
 use trackwright_geometry::limits::length_above_zero_problem;
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_simulation::body::{Coil, RigidBody, Sensor, SensorOrientation};
@@ -102,6 +102,9 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
     let entry: BodyEntry = ron_text::parse(bytes)?;
     if entry.sensors.is_empty() {
         return Err(FormatError::field("sensors", "empty", "at least one sensor"));
+    }
+    if entry.sensors.len() > MAX_SENSORS {
+        return Err(FormatError::field("sensors", entry.sensors.len(), "at most 1,000"));
     }
     ron_text::check_names("sensors", entry.sensors.iter().map(|sensor| sensor.name.as_str()))?;
     let sensors = entry.sensors.into_iter().enumerate();
@@ -269,6 +272,21 @@ mod tests {
         let expected = "version is 9, expected 1; a newer trackwright wrote it";
         assert_eq!(error(&later), expected);
         assert_eq!(error(&later[..later.len() / 2]), expected);
+    }
+
+    #[test]
+    fn a_body_has_at_most_a_thousand_sensors() {
+        let sensor = |i| {
+            format!("(name: \"{i}\", kind: SixDof, position: (0, 0, 0), rotation: (1, 0, 0, 0))")
+        };
+        let of = |count: usize| {
+            let sensors: Vec<String> = (0..count).map(sensor).collect();
+            parse(
+                format!("(version: 1, name: \"x\", sensors: [{}])", sensors.join(", ")).as_bytes(),
+            )
+        };
+        assert_eq!(of(1_000).unwrap().rigid.sensors.len(), 1_000);
+        assert_eq!(of(1_001).unwrap_err().to_string(), "sensors is 1001, expected at most 1,000");
     }
 
     #[test]

@@ -20,6 +20,10 @@ pub(super) fn is_obj(bytes: &[u8]) -> bool {
         .any(|line| line.starts_with(b"v ") && line.iter().all(u8::is_ascii))
 }
 
+/// Most corners of a face: cutting it into triangles may take the square of them. CAD programs write
+/// some hundred.
+const MAX_CORNERS: usize = 10_000;
+
 /// A corner of a face: its vertex, if that is at finite numbers, and its normal, if it has one.
 #[derive(Clone, Copy)]
 struct Corner {
@@ -101,6 +105,13 @@ impl Reader {
                 None | Some("") => None,
                 Some(normal) => Some(index(normal, self.normals.len(), line, "normal")? as u32),
             };
+            if self.corners.len() == MAX_CORNERS {
+                return Err(MeshError::Line {
+                    line,
+                    found: format!("a face of more than {MAX_CORNERS} corners"),
+                    expected: "fewer",
+                });
+            }
             self.corners.push(Corner { vertex: self.vertices[vertex], normal });
         }
         if self.corners.len() < 3 {

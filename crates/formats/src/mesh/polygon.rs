@@ -4,10 +4,6 @@ use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use nalgebra::{Point3, Vector3};
 
-/// Beyond this many corners a polygon is cut into a fan even if it is not convex, as cutting ears
-/// may take the square of them.
-const MAX_EARS: usize = 10_000;
-
 /// Cuts polygons, one after the other, with memory that it keeps.
 #[derive(Default)]
 pub(super) struct Cutter {
@@ -23,7 +19,7 @@ impl Cutter {
     pub(super) fn triangles(&mut self, polygon_mm: &[Point3<f64>]) -> &[u32] {
         let count = polygon_mm.len() as u32;
         self.cut.clear();
-        if count > 3 && polygon_mm.len() <= MAX_EARS && !is_convex(polygon_mm) {
+        if count > 3 && !is_convex(polygon_mm) {
             self.cut_ears(polygon_mm);
         }
         // A polygon that crosses itself, or has no area, may come back incomplete.

@@ -225,6 +225,14 @@ fn wrong_text_is_named_with_its_line() {
 }
 
 #[test]
+fn a_face_of_very_many_corners_is_refused() {
+    let face = |corners: usize| OBJ.replace("f -1 -4 -3", &format!("f{}", " -1".repeat(corners)));
+    let message = error(face(10_001).as_bytes(), "obj");
+    assert_eq!(message, "line 13: found a face of more than 10000 corners, expected fewer");
+    assert!(read(face(10_000).as_bytes(), "obj", None).is_ok());
+}
+
+#[test]
 fn groups_are_parts_and_indices_may_be_negative() {
     let mesh = read(OBJ.as_bytes(), "obj", None).unwrap();
     let [plate, skin] = &mesh.parts[..] else { panic!("{mesh:?}") };
