@@ -167,7 +167,7 @@ fn address_space_mib() -> Option<u64> {
 fn start_threads() -> anyhow::Result<()> {
     if let Some(found) = address_space_mib().filter(|mib| *mib < LEAST_SPACE_MIB) {
         bail!(
-            "the address space is limited to {found} MiB, expected {LEAST_SPACE_MIB} at least: `ulimit -v` sets it"
+            "the address space is limited to {found} MiB, expected {LEAST_SPACE_MIB} MiB at least: `ulimit -v` sets it"
         );
     }
     let requested = std::env::var("RAYON_NUM_THREADS").ok();

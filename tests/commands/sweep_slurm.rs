@@ -170,14 +170,11 @@ const HOSTILE: [&[u8]; 40] = [
 ];
 
 /// The program with an `sbatch` that runs what it gets as a shell does.
-fn submit(scratch: &Scratch, out: &[u8], more: &[u8]) -> Output {
+fn submit(scratch: &Scratch, out: &[u8], more: &[&[u8]]) -> Output {
     let path = format!("{}:{}", scratch.arg("bin"), std::env::var("PATH").unwrap());
     let output = OsStr::from_bytes(&[b"--output=", out].concat()).to_owned();
     let mut command = scratch.command("sweep plan.sweep.ron --submit slurm --tasks 1");
-    command.arg(output).env("PATH", path);
-    if !more.is_empty() {
-        command.arg(OsStr::from_bytes(more));
-    }
+    command.arg(output).args(more.iter().map(|part| OsStr::from_bytes(part))).env("PATH", path);
     command.output().unwrap()
 }
 
@@ -214,7 +211,7 @@ fn no_name_becomes_a_command_of_a_cluster() {
         let shown = String::from_utf8_lossy(name);
         let is_plain = std::str::from_utf8(name).is_ok_and(|n| !n.contains(char::is_control));
         let scratch = with_sbatch();
-        let output = submit(&scratch, name, b"");
+        let output = submit(&scratch, name, &[]);
         let folder = scratch.path(".").join(OsStr::from_bytes(name));
         if is_plain {
             assert!(
@@ -230,17 +227,21 @@ fn no_name_becomes_a_command_of_a_cluster() {
             assert_refused(&output);
             assert!(!folder.join("slurm/array.sh").exists());
         }
-        for option in ["partition", "account", "time", "memory"] {
-            let argument = [b"--", option.as_bytes(), b"=", name].concat();
-            let output = submit(&scratch, format!("out-{option}").as_bytes(), &argument);
-            if is_plain {
-                assert!(output.status.success(), "{shown}");
-                let script = scratch.read(&format!("out-{option}/slurm/array.sh"));
-                assert!(!script.contains("#SBATCH") && script.lines().count() == 4, "{script}");
-            } else if std::str::from_utf8(name).is_ok() {
-                assert_refused(&output);
-            } else {
-                assert_eq!(output.status.code(), Some(2), "{shown}");
+        let options = ["partition", "account", "time", "memory"]
+            .map(|option| [b"--", option.as_bytes(), b"=", name].concat());
+        if is_plain {
+            let options = options.each_ref().map(Vec::as_slice);
+            assert!(submit(&scratch, b"out", &options).status.success(), "{shown}");
+            let script = scratch.read("out/slurm/array.sh");
+            assert!(!script.contains("#SBATCH") && script.lines().count() == 4, "{script}");
+        } else {
+            for option in &options {
+                let output = submit(&scratch, b"out", &[option]);
+                match std::str::from_utf8(name) {
+                    Ok(_) => assert_refused(&output),
+                    // Refused with the arguments, before anything is done.
+                    Err(_) => assert_eq!(output.status.code(), Some(2), "{shown}"),
+                }
             }
         }
         assert!(!has_anywhere(&scratch.path("."), "owned"), "{shown}");
@@ -253,17 +254,17 @@ fn a_script_of_somebody_else_is_kept() {
         let scratch = with_sbatch();
         std::fs::create_dir_all(scratch.path("out/slurm")).unwrap();
         scratch.write(&format!("out/slurm/{script}"), "#!/bin/sh\nexec mine\n");
-        let output = submit(&scratch, b"out", b"");
+        let output = submit(&scratch, b"out", &[]);
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{message}");
         assert_has(&message, &[script, "rename or remove it"], "the error");
         assert_eq!(scratch.read(&format!("out/slurm/{script}")), "#!/bin/sh\nexec mine\n");
         assert!(!scratch.has("log"), "nothing was submitted, whatever became of {own}");
         std::fs::remove_file(scratch.path(&format!("out/slurm/{script}"))).unwrap();
-        assert!(submit(&scratch, b"out", b"").status.success());
+        assert!(submit(&scratch, b"out", &[]).status.success());
         // Its own script is replaced, with other tasks too.
         std::fs::remove_file(scratch.path("out/rows-000000000000-000000000002.parquet")).unwrap();
-        assert!(submit(&scratch, b"out", b"--cores=2").status.success());
-        assert_has(&scratch.read(&format!("out/slurm/array.sh")), &["THREADS=2"], "the script");
+        assert!(submit(&scratch, b"out", &[b"--cores=2"]).status.success());
+        assert_has(&scratch.read("out/slurm/array.sh"), &["THREADS=2"], "the script");
     }
 }

@@ -47,34 +47,38 @@ pub(crate) fn write(file: &mut File) -> io::Result<()> {
 /// its bytes, and what the disk reports.
 pub(crate) fn verify(path: &Path) -> Result<(), SweepError> {
     let mut file = File::open(path).map_err(io_error(path, "cannot be opened"))?;
-    let mut compare = || -> io::Result<Option<bool>> {
-        let Some(place) = place(&mut file)? else { return Ok(None) };
-        let mut stated = [0; LETTERS];
-        file.seek(SeekFrom::Start(place.start))?;
-        file.read_exact(&mut stated)?;
-        Ok(Some(stated == *sum(&mut file, &place)?.as_bytes()))
-    };
-    match compare().map_err(io_error(path, "cannot be read"))? {
+    match is_whole(&mut file).map_err(io_error(path, "cannot be read"))? {
         Some(true) => Ok(()),
         Some(false) => Err(SweepError::Damaged { file: path.to_owned() }),
         None => Err(SweepError::NoSweep { file: path.to_owned() }),
     }
 }
 
+/// Whether a file has the checksum that it states; `None` where it states none.
+fn is_whole(file: &mut (impl Read + Seek)) -> io::Result<Option<bool>> {
+    let Some(place) = place(file)? else {
+        return Ok(None);
+    };
+    let mut stated = [0; LETTERS];
+    file.seek(SeekFrom::Start(place.start))?;
+    file.read_exact(&mut stated)?;
+    Ok(Some(stated == *sum(file, &place)?.as_bytes()))
+}
+
 /// Where a file has its checksum.
-fn place(file: &mut File) -> io::Result<Option<Range<u64>>> {
+fn place(file: &mut (impl Read + Seek)) -> io::Result<Option<Range<u64>>> {
     let length = file.seek(SeekFrom::End(0))?;
     let from = length.saturating_sub(TAIL);
     file.seek(SeekFrom::Start(from))?;
     let mut tail = Vec::new();
-    file.take(TAIL).read_to_end(&mut tail)?;
+    file.by_ref().take(TAIL).read_to_end(&mut tail)?;
     let mark = tail.windows(MARK.len()).rposition(|bytes| bytes == MARK);
     let place = mark.map(|at| from + (at + MARK.len()) as u64);
     Ok(place.map(|start| start..start + LETTERS as u64).filter(|place| place.end <= length))
 }
 
 /// Of all bytes, with zeros at one place.
-fn sum(file: &mut File, place: &Range<u64>) -> io::Result<String> {
+fn sum(file: &mut (impl Read + Seek), place: &Range<u64>) -> io::Result<String> {
     file.seek(SeekFrom::Start(0))?;
     let mut digest = Sha256::new();
     let mut buffer = vec![0; STEP];
@@ -86,7 +90,7 @@ fn sum(file: &mut File, place: &Range<u64>) -> io::Result<String> {
             }
         }
     };
-    add(&mut file.take(place.start))?;
+    add(&mut file.by_ref().take(place.start))?;
     add(&mut [b'0'; LETTERS].as_slice())?;
     file.seek(SeekFrom::Start(place.end))?;
     add(file)?;
@@ -103,7 +107,9 @@ mod tests {
     use super::super::shard::footer;
     use super::super::tests::{compute, opened, sweep};
     use super::super::{SweepTable, is_merge_of, merge};
+    use super::*;
     use std::fs;
+    use std::io::Cursor;
     use trackwright_task::Task;
 
     const PLAN: &str = r#"(
@@ -114,7 +120,7 @@ mod tests {
         figures: ["position_rms"],
     )"#;
 
-    /// All eight bits of every byte: no reader of a sweep parses what this refuses.
+    /// All eight bits of every byte, and every length: no reader of a sweep parses what this refuses.
     #[test]
     fn no_flipped_bit_gives_other_rows() {
         let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
@@ -123,30 +129,32 @@ mod tests {
         let shard = folder.coverage().unwrap().shards.remove(0).1;
         let rows = dir.path().join("rows.parquet");
         merge(&sweep, &folder, &rows, &Task::default()).unwrap();
+        let is_good = |bytes: &[u8]| is_whole(&mut Cursor::new(bytes)).unwrap() == Some(true);
+        let whole = fs::read(&shard).unwrap();
+        assert!(is_good(&whole));
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            for bit in 0..8 {
+                bytes[at] = whole[at] ^ (1 << bit);
+                assert!(!is_good(&bytes), "bit {bit} of byte {at}");
+            }
+            assert!(!is_good(&whole[..at]), "{at} bytes");
+        }
+        assert!(!is_good(&[whole.as_slice(), b"x"].concat()));
+        // What a person calls, of files on the disk.
         for file in [&shard, &rows] {
             let whole = fs::read(file).unwrap();
-            assert!(footer(file).is_ok());
-            for at in 0..whole.len() {
+            for at in (0..whole.len()).step_by(13) {
                 let mut bytes = whole.clone();
-                for bit in 0..8 {
-                    bytes[at] = whole[at] ^ (1 << bit);
-                    fs::write(file, &bytes).unwrap();
-                    assert!(footer(file).is_err(), "bit {bit} of byte {at}");
-                }
-                // What a person calls, of one bit each.
-                assert!(SweepTable::open(file).is_err(), "byte {at}");
+                bytes[at] ^= 1 << (at % 8);
+                fs::write(file, &bytes).unwrap();
+                assert!(footer(file).is_err() && SweepTable::open(file).is_err(), "byte {at}");
                 assert!(!is_merge_of(&sweep, file));
-            }
-            for length in 0..whole.len() {
-                fs::write(file, &whole[..length]).unwrap();
-                assert!(footer(file).is_err(), "{length} bytes");
-            }
-            fs::write(file, [whole.as_slice(), b"x"].concat()).unwrap();
-            assert!(footer(file).is_err());
-            if file == &shard {
-                assert_eq!(folder.coverage().unwrap().torn, [shard.clone()]);
-                assert!(merge(&sweep, &folder, &rows, &Task::default()).is_err());
-                assert!(SweepTable::open(folder.path()).is_err());
+                if file == &shard {
+                    assert_eq!(folder.coverage().unwrap().torn, [shard.clone()]);
+                    assert!(SweepTable::open(folder.path()).is_err());
+                    assert!(merge(&sweep, &folder, &rows, &Task::default()).is_err());
+                }
             }
             fs::write(file, &whole).unwrap();
             assert_eq!(SweepTable::open(file).unwrap().numbers("row").unwrap(), [0.0, 1.0]);

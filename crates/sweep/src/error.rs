@@ -17,7 +17,7 @@ pub enum SweepError {
     Io { file: PathBuf, doing: &'static str, cause: io::Error },
     #[error("{}: found the rows of another plan, expected those of this one: a plan whose files or numbers changed needs another folder", file.display())]
     OtherPlan { file: PathBuf },
-    #[error("{}: found no sweep, expected a folder that `sweep` wrote or a table that `sweep merge` wrote", file.display())]
+    #[error("{}: found no sweep, expected a folder that `sweep` wrote or a table that `sweep merge` wrote, whole and with its checksum", file.display())]
     NoSweep { file: PathBuf },
     #[error("{}: is damaged: its checksum is not that of its bytes", file.display())]
     Damaged { file: PathBuf },

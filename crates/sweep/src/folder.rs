@@ -9,7 +9,6 @@
 
 use super::error::{SweepError, io_error};
 use super::shard::{self, Footer};
-use super::slurm;
 use super::sweep::Sweep;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
@@ -20,6 +19,9 @@ use trackwright_formats::sweep_plan;
 
 const PLAN: &str = "plan.sweep.ron";
 const LOCKS: &str = "locks";
+
+/// What a cluster gets is in this one.
+pub(crate) const SLURM: &str = "slurm";
 
 /// Whether a file is the plan that `sweep` wrote into a folder.
 pub(crate) fn is_plan_of(file: &Path, folder: &Path) -> bool {
@@ -159,8 +161,15 @@ impl Folder {
     /// # Errors
     /// What the disk reports; a shard of another plan.
     pub fn coverage(&self) -> Result<Coverage, SweepError> {
+        self.coverage_of(&(0..u64::MAX))
+    }
+
+    /// The same of the files with any rows of a range: each is read whole.
+    pub(crate) fn coverage_of(&self, range: &Range<u64>) -> Result<Coverage, SweepError> {
         let mut coverage = Coverage { shards: Vec::new(), torn: Vec::new() };
-        for (rows, file) in self.named_shards()? {
+        let shards = self.named_shards()?.into_iter();
+        let has_any = |rows: &Range<u64>| rows.start < range.end && range.start < rows.end;
+        for (rows, file) in shards.filter(|(rows, _)| has_any(rows)) {
             match shard::footer(&file) {
                 Ok(Footer { hash, .. }) if hash != self.hash => {
                     return Err(SweepError::OtherPlan { file });
@@ -237,7 +246,7 @@ impl Folder {
         let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
         let place = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let parent = place(parent.unwrap_or(Path::new(".")));
-        let own = [LOCKS, slurm::FOLDER].map(|name| place(&self.path).join(name));
+        let own = [LOCKS, SLURM].map(|name| place(&self.path).join(name));
         let is_own = own.iter().any(|folder| parent.starts_with(folder));
         let is_plan = name.ends_with(".sweep.ron");
         match is_own || is_plan || rows_of(&name).is_some() || part_of_draft(&name).is_some() {
@@ -273,6 +282,11 @@ impl Folder {
         let folder = File::open(&self.path).and_then(|folder| folder.sync_all());
         folder.map_err(io_error(&self.path, "cannot be written to"))?;
         Ok(true)
+    }
+
+    /// Rows that are there by the names of files, which are not read.
+    pub(crate) fn named_rows(&self) -> Result<u64, SweepError> {
+        Ok(self.named_shards()?.into_iter().map(|(rows, _)| rows.end - rows.start).sum())
     }
 
     /// The files with the names of shards, by their first row.

@@ -32,7 +32,7 @@ pub struct RunReport {
     pub shards: u64,
     /// Files that were damaged or cut short, and are made anew.
     pub torn: u64,
-    /// Rows that the folder has now, of all parts.
+    /// Rows that the folder has now, of all parts, by the names of its files.
     pub rows_there: u64,
     /// Rows of the plan.
     pub rows: u64,
@@ -75,8 +75,8 @@ pub fn run(
 ) -> Result<RunReport, SweepError> {
     let _held = folder.hold(part)?;
     folder.remove_leftovers(Some(part))?;
-    let coverage = folder.coverage()?;
     let range = part.rows(sweep.rows());
+    let coverage = folder.coverage_of(&range)?;
     let mut report = RunReport { rows: sweep.rows(), ..RunReport::default() };
     for file in &coverage.torn {
         note(&format!("{}: is damaged or cut short, and is made anew", file.display()));
@@ -90,7 +90,7 @@ pub fn run(
     for rows in missing {
         worker.compute(rows)?;
     }
-    let rows_there = folder.coverage()?.rows();
+    let rows_there = folder.named_rows()?;
     Ok(RunReport { rows_there, ..worker.report })
 }
 

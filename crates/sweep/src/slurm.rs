@@ -5,7 +5,7 @@
 
 use super::checksum::hexadecimal;
 use super::error::{SweepError, io_error};
-use super::folder::{Folder, Part, new_file};
+use super::folder::{Folder, Part, SLURM, new_file};
 use super::sweep::Sweep;
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -13,7 +13,6 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-pub(crate) const FOLDER: &str = "slurm";
 const JOBS: &str = "jobs.txt";
 
 /// The beginning of a script; behind it is the digest of the rest.
@@ -78,7 +77,7 @@ pub fn submit(
     if parts.is_empty() {
         return Ok(None);
     }
-    let scripts = folder.path().join(FOLDER);
+    let scripts = folder.path().join(SLURM);
     fs::create_dir_all(&scripts).map_err(io_error(&scripts, "cannot be made"))?;
     let scripts = fs::canonicalize(&scripts).map_err(io_error(&scripts, "cannot be read"))?;
     let out = scripts.parent().unwrap_or(&scripts).to_owned();
@@ -112,7 +111,7 @@ fn overlap(a: Part, b: Part, rows: u64) -> bool {
 /// # Errors
 /// Files that cannot be read. A machine without Slurm's commands has none.
 pub fn queue(folder: &Folder) -> Result<Queue, SweepError> {
-    let jobs = folder.path().join(FOLDER).join(JOBS);
+    let jobs = folder.path().join(SLURM).join(JOBS);
     let text = match fs::read_to_string(&jobs) {
         Ok(text) => text,
         Err(cause) if cause.kind() == ErrorKind::NotFound => return Ok(Queue::default()),
