@@ -151,7 +151,7 @@ mod tests {
                 assert!(footer(file).is_err() && SweepTable::open(file).is_err(), "byte {at}");
                 assert!(!is_merge_of(&sweep, file));
                 if file == &shard {
-                    assert_eq!(folder.coverage().unwrap().torn, [shard.clone()]);
+                    assert!(folder.coverage().unwrap().torn.contains(&shard));
                     assert!(SweepTable::open(folder.path()).is_err());
                     assert!(merge(&sweep, &folder, &rows, &Task::default()).is_err());
                 }

@@ -233,9 +233,11 @@ impl Folder {
     /// Removes a file with the name of a shard, if it is none: another worker may have made it anew.
     pub(crate) fn remove_torn(&self, file: &Path) -> Result<(), SweepError> {
         let _commit = self.lock_commit()?;
+        let named = rows_of(&file.file_name().unwrap_or_default().to_string_lossy());
         match shard::footer(file) {
-            Ok(_) => Ok(()),
-            Err(_) => remove(file),
+            Ok(footer) if named == Some(footer.rows.clone()) => Ok(()),
+            Err(error @ SweepError::Io { .. }) if file.exists() => Err(error),
+            _ => remove(file),
         }
     }
 

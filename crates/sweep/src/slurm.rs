@@ -77,10 +77,10 @@ pub fn submit(
     if parts.is_empty() {
         return Ok(None);
     }
-    let scripts = folder.path().join(SLURM);
+    let out = folder.path();
+    let out = fs::canonicalize(out).map_err(io_error(out, "cannot be read"))?;
+    let scripts = out.join(SLURM);
     fs::create_dir_all(&scripts).map_err(io_error(&scripts, "cannot be made"))?;
-    let scripts = fs::canonicalize(&scripts).map_err(io_error(&scripts, "cannot be read"))?;
-    let out = scripts.parent().unwrap_or(&scripts).to_owned();
     let table = out.join("rows.parquet");
     let [array, merge] = ["array.sh", "merge.sh"].map(|name| scripts.join(name));
     write_script(&array, &array_command(&out, options, program)?)?;
@@ -122,9 +122,6 @@ pub fn queue(folder: &Folder) -> Result<Queue, SweepError> {
         let Some((job, of)) = line.split_once(' ') else {
             continue;
         };
-        let Ok(of) = of.parse() else {
-            continue;
-        };
         // Of a job that has ended there is nothing, or an error.
         let listed = Command::new("squeue")
             .args(["--noheader", "--array", "--format=%K %T", "--jobs", job])
@@ -135,7 +132,7 @@ pub fn queue(folder: &Folder) -> Result<Queue, SweepError> {
         let tasks = String::from_utf8_lossy(&listed.stdout);
         queue.tasks.extend(tasks.lines().filter_map(|task| {
             let (number, state) = task.trim().split_once(' ')?;
-            Some((Part { number: number.parse().ok()?, of }, state.to_owned()))
+            Some((format!("{number}/{of}").parse().ok()?, state.to_owned()))
         }));
     }
     Ok(queue)

@@ -123,6 +123,10 @@ fn rows_are_kept_and_torn_files_made_anew() {
         assert_eq!((report.torn, report.computed), (1, 40));
         assert_eq!(merged(&dir, &sweep, &folder), expected);
     }
+    // The rows of another name.
+    fs::copy(&files[0], &files[1]).unwrap();
+    assert_eq!(compute(&sweep, &folder, "1/1").torn, 1);
+    assert_eq!(merged(&dir, &sweep, &folder), expected);
     fs::remove_file(&files[3]).unwrap();
     let gap = merge(&sweep, &folder, &dir.path().join("no.parquet"), &Task::default());
     assert!(matches!(gap, Err(SweepError::Gap { from: 120, to: 160 })), "{gap:?}");
