@@ -11,10 +11,14 @@ const UNUSABLE: u8 = 2;
 /// The work was done, and what it checked does not hold.
 const DOES_NOT_HOLD: u8 = 1;
 
+/// A signal ended the work early: as a shell reports Ctrl+C.
+const INTERRUPTED: u8 = 130;
+
 fn main() -> ExitCode {
     match cli::run() {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(DOES_NOT_HOLD),
+        Ok(Ending::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => {
             cli::report(&error);
             ExitCode::from(UNUSABLE)

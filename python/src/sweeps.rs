@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyList};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use trackwright_project::Files;
-use trackwright_sweep::{self as sweep, Folder, Part, merge, run, status};
+use trackwright_sweep::{self as sweep, Folder, Part, is_merge_of, merge, run, status};
 
 /// A plan of many designs in many rooms, with all that it refers to.
 #[pyclass(frozen, module = "trackwright")]
@@ -75,7 +75,7 @@ pub fn sweep_status(py: Python<'_>, folder: PathBuf) -> Done<Bound<'_, PyAny>> {
 /// Writes all rows of a sweep's folder to one file (`*.parquet`), in order: as `trackwright sweep merge`, and
 /// with the same bytes.
 ///
-/// progress as for Sweep.compute. Another program's file is written over only with overwrite=True.
+/// progress as for Sweep.compute. A file that is not the merge of the same plan is written over only with overwrite=True.
 #[pyfunction]
 #[pyo3(signature = (folder, path, *, overwrite = false, progress = None))]
 pub fn merge_sweep<'py>(
@@ -89,7 +89,9 @@ pub fn merge_sweep<'py>(
         let files = Files::overwriting(overwrite);
         let output = files.output(&path)?;
         let (sweep, folder) = Folder::existing(&folder)?;
-        output.expect_new()?;
+        if !is_merge_of(&sweep, &path) {
+            output.expect_new()?;
+        }
         Ok(merge(&sweep, &folder, &path, task)?)
     })?;
     Ok(to_python(py, &report.section(&path).to_json())?)

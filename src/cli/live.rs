@@ -3,15 +3,16 @@
 use super::numbers::above_zero;
 use super::prelude::*;
 use clap::ArgGroup;
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::sync::Arc;
 use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use trackwright_field::compensation::Method;
 use trackwright_formats::printable::printable;
 use trackwright_openigtlink::client::{ClientOptions, server_address};
 use trackwright_openigtlink::relay::{ClockChange, Moment, Reason, RelayOptions, ToolState};
-use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
+use trackwright_openigtlink::server::{LeaveReason, ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{
     LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings,
 };
@@ -103,9 +104,17 @@ pub fn run(args: &LiveArgs, files: &Files) -> anyhow::Result<()> {
     })
     .context("Ctrl+C cannot be listened for")?;
     let started = Instant::now();
-    let session = Session::start(settings, |event| {
-        if let Some(words) = in_words(event) {
-            output::note(&words);
+    let log = Arc::new(Mutex::new(ClientLog::default()));
+    let session = Session::start(settings, {
+        let log = log.clone();
+        move |event| {
+            let words = match event {
+                SessionEvent::Server(event) => lock(&log).in_words(event),
+                event => in_words(event),
+            };
+            if let Some(words) = words {
+                output::note(&words);
+            }
         }
     })?;
     if let Some(address) = session.address() {
@@ -122,6 +131,7 @@ pub fn run(args: &LiveArgs, files: &Files) -> anyhow::Result<()> {
         }
     }
     let state = session.stop();
+    lock(&log).unprinted().iter().for_each(|line| output::note(line));
     output::print_section(args.format, &state.section(started.elapsed()))
 }
 
@@ -183,9 +193,10 @@ fn warning(address: IpAddr) -> &'static str {
 /// The message of an event; none of single poses.
 fn in_words(event: &SessionEvent) -> Option<String> {
     Some(match event {
-        SessionEvent::Connecting | SessionEvent::Measured { .. } | SessionEvent::Pose(_) => {
-            return None;
-        }
+        SessionEvent::Connecting
+        | SessionEvent::Measured { .. }
+        | SessionEvent::Pose(_)
+        | SessionEvent::Server(_) => return None,
         SessionEvent::Connected { server } => format!("connected to {server}"),
         SessionEvent::Lost { why, wait } => {
             format!("lost: {why}; next try in {:.1} s", wait.as_secs_f64())
@@ -212,7 +223,6 @@ fn in_words(event: &SessionEvent) -> Option<String> {
         SessionEvent::Refused { tool, reason } => {
             format!("warning: samples of \"{}\" are not used: {reason}", printable(tool))
         }
-        SessionEvent::Server(event) => served_in_words(event),
         SessionEvent::NotRecorded { why } => format!("nothing more is recorded: {why}"),
     })
 }
@@ -243,6 +253,68 @@ fn clock_in_words(change: ClockChange) -> String {
     }
 }
 
+/// Problems of the clients of one address that are printed, with all else about them.
+const PRINTED_PROBLEMS: u64 = 5;
+
+/// Addresses that are counted each; those beyond are counted together.
+const MOST_ADDRESSES: usize = 64;
+
+/// What is printed of the server's clients: one that sends rubbish again and again does not fill the log.
+#[derive(Default)]
+struct ClientLog {
+    /// Problems, and lines that were not printed, by address.
+    counts: BTreeMap<Option<IpAddr>, [u64; 2]>,
+}
+
+impl ClientLog {
+    /// The message of an event, where it is printed: after some problems of an address only their number, and
+    /// that more and more seldom.
+    fn in_words(&mut self, event: &ServerEvent) -> Option<String> {
+        let words = served_in_words(event);
+        let (client, is_problem) = match event {
+            ServerEvent::NotAccepted { .. } => return Some(words),
+            ServerEvent::Left { client, why, .. } => {
+                (client, !matches!(why, LeaveReason::Closed | LeaveReason::Stopped))
+            }
+            ServerEvent::Refused { client, .. } | ServerEvent::FellBehind { client } => {
+                (client, true)
+            }
+            ServerEvent::Joined { client, .. } | ServerEvent::CaughtUp { client, .. } => {
+                (client, false)
+            }
+        };
+        let address = Some(client.ip());
+        let is_known = self.counts.len() < MOST_ADDRESSES || self.counts.contains_key(&address);
+        let address = address.filter(|_| is_known);
+        let [problems, unprinted] = self.counts.entry(address).or_default();
+        *problems += u64::from(is_problem);
+        if *problems <= PRINTED_PROBLEMS {
+            return Some(words);
+        }
+        *unprinted += 1;
+        let is_milestone = is_problem && problems.is_power_of_two();
+        is_milestone.then(|| format!("{}: {problems} problems so far", clients_of(address)))
+    }
+
+    /// What of each address was not printed.
+    fn unprinted(&self) -> Vec<String> {
+        let counts = self.counts.iter().filter(|(_, [_, unprinted])| *unprinted > 0);
+        let line = |(address, [problems, unprinted]): (&Option<IpAddr>, &[u64; 2])| {
+            let clients = clients_of(*address);
+            format!("{clients}: {problems} problems, {unprinted} messages about them not printed")
+        };
+        counts.map(line).collect()
+    }
+}
+
+fn clients_of(address: Option<IpAddr>) -> String {
+    address.map_or("clients of other addresses".to_owned(), |ip| format!("clients of {ip}"))
+}
+
+fn lock(log: &Mutex<ClientLog>) -> MutexGuard<'_, ClientLog> {
+    log.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn served_in_words(event: &ServerEvent) -> String {
     match event {
         ServerEvent::Joined { client, clients } => format!("client {client} joined, {clients} now"),
@@ -258,5 +330,37 @@ fn served_in_words(event: &ServerEvent) -> String {
             format!("client {client} reads again: it did not get {dropped} messages")
         }
         ServerEvent::NotAccepted { why } => format!("a client cannot be accepted: {why}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rubbish_of_a_client_does_not_fill_the_log() {
+        let mut log = ClientLog::default();
+        let (mut bad, mut good) = (0, 0);
+        for round in 0..10_000 {
+            let client = SocketAddr::from(([10, 0, 0, 1], 1024 + round));
+            let why = LeaveReason::TooSlow;
+            let left = ServerEvent::Left { client, why, clients: 0 };
+            bad += [ServerEvent::Joined { client, clients: 1 }, left]
+                .iter()
+                .filter_map(|event| log.in_words(event))
+                .count();
+            let client = SocketAddr::from(([10, 0, 0, 2], 1024 + round));
+            let left = ServerEvent::Left { client, why: LeaveReason::Closed, clients: 0 };
+            good += log.in_words(&left).iter().count();
+        }
+        // Five that join and leave, the sixth that joins, then one line each doubling from 8 to 8,192.
+        assert_eq!((bad, good), (22, 10_000));
+        let expected = "clients of 10.0.0.1: 10000 problems, 19989 messages about them not printed";
+        assert_eq!(log.unprinted(), [expected]);
+        for other in 0..1000_u32 {
+            let client = SocketAddr::from((Ipv4Addr::from(other), 1));
+            log.in_words(&ServerEvent::FellBehind { client });
+        }
+        assert!(log.counts.len() <= MOST_ADDRESSES + 1);
     }
 }

@@ -48,7 +48,7 @@ mod verify;
 
 pub use output::Ending;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
 use trackwright_project::Files;
@@ -145,12 +145,36 @@ fn parsed<A: FromArgMatches + 'static, E: Into<Ending> + 'static>(
     Box::new(move |matches, files| Ok(run(&A::from_arg_matches(matches)?, files)?.into()))
 }
 
+/// Most threads that are requested: each takes several of the 65,530 mappings that Linux gives a process.
+const MOST_THREADS: usize = 4096;
+
+/// Least address space, in MiB: with less the allocator ends the program at any moment, without a word.
+const LEAST_SPACE_MIB: u64 = 256;
+
+/// The limit of `ulimit -v`, where there is one and the system states it.
+fn address_space_mib() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? >> 20)
+}
+
 /// Starts the threads that all computing shares, one a core or as many as `RAYON_NUM_THREADS` sets.
 /// Left to itself the pool would be made at its first use, and panic where the system has no more.
 ///
 /// # Errors
-/// Threads that the system does not give, and a pool that is there already.
+/// Threads that the system does not give, more of them than any machine has, too little address space, and a
+/// pool that is there already.
 fn start_threads() -> anyhow::Result<()> {
+    if let Some(found) = address_space_mib().filter(|mib| *mib < LEAST_SPACE_MIB) {
+        bail!(
+            "the address space is limited to {found} MiB, expected {LEAST_SPACE_MIB} MiB at least: `ulimit -v` sets it"
+        );
+    }
+    let requested = std::env::var("RAYON_NUM_THREADS").ok();
+    let requested = requested.and_then(|threads| threads.parse::<usize>().ok());
+    if let Some(found) = requested.filter(|threads| *threads > MOST_THREADS) {
+        bail!("RAYON_NUM_THREADS is {found}, expected {MOST_THREADS} at most");
+    }
     rayon::ThreadPoolBuilder::new()
         .build_global()
         .context("the threads to compute with cannot be started; RAYON_NUM_THREADS=1 requests one")

@@ -20,6 +20,8 @@ pub enum Ending {
     Done,
     /// It did what was requested, and the result is that something does not hold.
     DoesNotHold,
+    /// It was cancelled; what it has written stays.
+    Interrupted,
 }
 
 impl From<()> for Ending {

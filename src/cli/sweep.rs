@@ -9,7 +9,7 @@ mod submit;
 use super::prelude::*;
 use clap::{Subcommand, ValueEnum};
 use std::time::Instant;
-use trackwright_sweep::{Folder, Part, Sweep};
+use trackwright_sweep::{Folder, Part, Sweep, SweepError};
 
 /// Simulate many designs in many rooms: every point of a plan is a row of a table, written in shards that
 /// any number of workers share
@@ -65,14 +65,18 @@ enum SweepCommand {
 ///
 /// # Errors
 /// A plan or files that can't be used, another plan's folder, a disk that is full.
-pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<()> {
-    match &args.then {
-        Some(SweepCommand::Merge(args)) => return merge::run(args, files),
-        Some(SweepCommand::Status(args)) => return status::run(args),
-        Some(SweepCommand::Plot(args)) => return plot::run(args, files),
-        Some(SweepCommand::Numbers(args)) => return numbers::run(args, files),
-        None => {}
-    }
+pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<Ending> {
+    let done = match &args.then {
+        Some(SweepCommand::Merge(args)) => merge::run(args, files),
+        Some(SweepCommand::Status(args)) => status::run(args),
+        Some(SweepCommand::Plot(args)) => plot::run(args, files),
+        Some(SweepCommand::Numbers(args)) => numbers::run(args, files),
+        None => return compute(args),
+    };
+    done.map(Ending::from)
+}
+
+fn compute(args: &SweepArgs) -> anyhow::Result<Ending> {
     let (Some(plan), Some(output)) = (&args.plan, &args.output) else {
         bail!("expected a plan and -o FOLDER");
     };
@@ -82,14 +86,19 @@ pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<()> {
     }
     let folder = Folder::open(output, &sweep)?;
     if args.submit == Some(Engine::Slurm) {
-        return submit::run(&args.cluster, &sweep, &folder, args.format);
+        return submit::run(&args.cluster, &sweep, &folder, args.format).map(Ending::from);
     }
     let started = Instant::now();
     let shown = Shown::new("rows");
     let cancel = shown.task.cancel.clone();
     ctrlc::set_handler(move || cancel.cancel()).context("Ctrl+C cannot be listened for")?;
-    let report = trackwright_sweep::run(&sweep, &folder, args.shard, &shown.task, &output::note)?;
+    let report = trackwright_sweep::run(&sweep, &folder, args.shard, &shown.task, &output::note);
     drop(shown);
+    if let Err(SweepError::Cancelled(cancelled)) = report {
+        output::note(&format!("{cancelled}: the rows that are computed are written"));
+        return Ok(Ending::Interrupted);
+    }
     let seconds = started.elapsed().as_secs_f64();
-    output::print_section(args.format, &report.section(Some(seconds)))
+    output::print_section(args.format, &report?.section(Some(seconds)))?;
+    Ok(Ending::Done)
 }

@@ -120,6 +120,26 @@ fn a_table_of_two_gigabytes_is_refused_by_length() {
     scratch.fail_with("fit long.csv -o out.env.ron --order 1", &words);
 }
 
+/// Of 1,025 rows none is left out without a word.
+#[test]
+fn a_stray_quote_is_refused_with_its_line() {
+    let scratch = Scratch::new();
+    let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    for (line, cell) in [(1, 0), (2, 0), (12, 3), (513, 13), (lines.len(), 13)] {
+        let mut cells: Vec<String> = lines[line - 1].split(',').map(str::to_owned).collect();
+        cells[cell].insert(0, '"');
+        let mut spoilt = lines.clone();
+        let row = cells.join(",");
+        spoilt[line - 1] = &row;
+        scratch.write("a.csv", spoilt.join("\n"));
+        let place = format!("a.csv: line {line}: found a quote at byte ");
+        for command in ["fit a.csv -o out.env.ron --order 1", "select a.csv"] {
+            scratch.fail_with(command, &[&place, "that does not close on this line"]);
+        }
+    }
+}
+
 #[test]
 fn a_design_without_motion_has_no_motion_mode() {
     let scratch = working();

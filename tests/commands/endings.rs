@@ -93,6 +93,21 @@ fn threads_that_cannot_start_are_one_error() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn limits_no_command_can_work_in_are_one_error() {
+    for (limit, words) in [
+        ("ulimit -v 131072", ["limited to 128 MiB", "expected 256 MiB at least"]),
+        ("export RAYON_NUM_THREADS=100000", ["RAYON_NUM_THREADS is 100000", "4096 at most"]),
+    ] {
+        let mut shell = Command::new("sh");
+        let script = format!("{limit}; exec \"$0\" simulate pointer-on-head --mode single");
+        shell.args(["-c", &script, env!("CARGO_BIN_EXE_trackwright")]);
+        let error = refused(shell, &words);
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 fn a_signal_ends_a_long_command() {
     use std::os::unix::process::ExitStatusExt;
     for (signal, number) in [("-INT", 2), ("-TERM", 15)] {

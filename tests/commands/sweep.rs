@@ -2,8 +2,8 @@
 
 use crate::support::golden::{list, number};
 use crate::support::peers::{read_sweep, sweep_rows};
-use crate::support::program::{Scratch, assert_has, signal};
-use crate::support::wire::rest;
+use crate::support::program::{Scratch, assert_has, end_within, signal};
+use crate::support::wire::{rest, until};
 use std::fs;
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -173,6 +173,56 @@ fn a_full_disk_is_reported_and_loses_nothing() {
     assert_has(&message, &["No space left", "the shards that are written stay"], "the error");
     let files = scratch.read("list");
     assert!(!files.contains(".tmp"), "{files}");
+}
+
+#[test]
+fn a_cancelled_sweep_ends_as_a_shell_expects() {
+    let scratch = scratch(200_000, "expected: false,");
+    let command = scratch.command("sweep plan.sweep.ron -o out");
+    // What is begun in the background ignores some signals, and hands that on.
+    let mut child = std::process::Command::new("env")
+        .arg("--default-signal")
+        .arg(command.get_program())
+        .args(command.get_args())
+        .current_dir(scratch.path("."))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let is_begun = || {
+        let files = fs::read_dir(scratch.path("out")).into_iter().flatten().flatten();
+        files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(".part-"))
+    };
+    until("a shard is begun", is_begun);
+    signal(&child, "-INT");
+    end_within(&mut child, Duration::from_secs(120));
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert_eq!(message, "cancelled: the rows that are computed are written\n");
+}
+
+#[test]
+fn a_merge_replaces_its_own_table_alone() {
+    let scratch = scratch(4, "expected: false,");
+    scratch.succeed("sweep plan.sweep.ron -o out");
+    for _ in 0..2 {
+        scratch.succeed("sweep merge out -o rows.parquet");
+        scratch.succeed("sweep merge out -o rows.parquet --overwrite");
+    }
+    let own = ["plan.sweep.ron", "rows-000000000000-000000000008.parquet", "locks/commit"];
+    for file in own {
+        let before = fs::read(scratch.path(&format!("out/{file}"))).unwrap();
+        let line = format!("sweep merge out -o out/{file} --overwrite");
+        scratch.fail_with(&line, &["is a file of the sweep itself"]);
+        assert_eq!(fs::read(scratch.path(&format!("out/{file}"))).unwrap(), before);
+    }
+    // A bit of the table is another: the file is nobody's any more, and no reader takes it.
+    let mut rows = fs::read(scratch.path("rows.parquet")).unwrap();
+    let middle = rows.len() / 2;
+    rows[middle] ^= 1;
+    fs::write(scratch.path("rows.parquet"), rows).unwrap();
+    scratch.fail_with("sweep merge out -o rows.parquet", &["--overwrite to replace it"]);
+    scratch.fail_with("sweep plot rows.parquet -o pictures", &["rows.parquet: is damaged"]);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! them and as live poses of a tracker come there. So what `export` writes (`export/markups.rs`)
 //! comes back.
 
-use super::error::{FormatError, text};
+use super::error::{FormatError, quoted, text};
 use super::table_dialect::quoted_cells;
 use nalgebra::Point3;
 use serde::Deserialize;
@@ -141,7 +141,7 @@ pub fn parse_fcsv(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         }
         let mut record = quoted_cells(line, content)?;
         record.trim();
-        if !is_defined(&record, names.len()) {
+        if !is_defined(line, &record, names.len())? {
             continue;
         }
         let mut at = [0.0; 3];
@@ -160,8 +160,14 @@ pub fn parse_fcsv(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
 
 /// Since Slicer 5 a row ends in two cells that no column names: whether the place is defined (2), and
 /// one that is of no interest here.
-fn is_defined(record: &csv::StringRecord, named: usize) -> bool {
-    record.len() != named + 2 || record.get(named) == Some("2")
+fn is_defined(line: u64, record: &csv::StringRecord, named: usize) -> Result<bool, FormatError> {
+    match record.get(named).filter(|_| record.len() == named + 2) {
+        None | Some("2") => Ok(true),
+        Some("0" | "1" | "3") => Ok(false),
+        Some(other) => {
+            Err(FormatError::cell(line, "state of the point", quoted(other), "0, 1, 2 or 3"))
+        }
+    }
 }
 
 fn some(points: Vec<Point3<f64>>) -> Result<Vec<Point3<f64>>, FormatError> {

@@ -90,7 +90,7 @@ pub fn parse(bytes: &[u8]) -> Result<ProtocolTable, FormatError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::test_cases::assert_refused;
     use trackwright_calibration::protocol::table::ALL;
@@ -112,6 +112,13 @@ mod tests {
                 row(Measure::Rod("steel-416".to_owned()), "20 mm", &[4.2, 3.0]),
             ],
         }
+    }
+
+    /// A good file.
+    pub(crate) fn good() -> String {
+        let mut written = Vec::new();
+        write(&mut written, &table()).unwrap();
+        String::from_utf8(written).unwrap()
     }
 
     #[test]

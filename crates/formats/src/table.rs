@@ -75,6 +75,7 @@ impl<R: Read> Table<R> {
         let mut text = Utf8Reader::new(reader);
         let head = first_line(&mut text).map_err(|error| utf8::error_of(&error))?;
         let dialect = Dialect::of(&head);
+        text.begin_rows(dialect.separator)?;
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
             .delimiter(dialect.separator)
@@ -97,8 +98,6 @@ impl<R: Read> Table<R> {
     /// # Errors
     /// Text that is no table, a row of another length than the header, or no rows at all.
     pub fn next_row(&mut self) -> Result<Option<Row<'_>>, FormatError> {
-        let line = self.reader.position().line();
-        self.reader.get_mut().get_mut().1.begin_row(line);
         if !self.reader.read_record(&mut self.record).map_err(error_of)? {
             return if self.has_rows { Ok(None) } else { Err(FormatError::NoRows) };
         }

@@ -121,11 +121,58 @@ fn has_decimal_commas(line: &str) -> bool {
     line.contains(',') && cells.clone().count() > 1 && cells.all(is_decimal)
 }
 
+/// Whether each quote that begins a cell closes on its line, before the next separator. With a quote that
+/// stays open, rows would become text of one cell.
+///
+/// # Errors
+/// Names the line of any other quote.
+pub(super) fn check_quotes(line: u64, content: &[u8], separator: u8) -> Result<(), FormatError> {
+    let is_end = |byte: &u8| [separator, b'\r', b'\n'].contains(byte);
+    let wrong = |at: usize, found: &str| {
+        let found = format!("a quote at byte {} {found}", at + 1);
+        Err(FormatError::line(line, found, "quotes around whole cells, each cell on one line"))
+    };
+    let mut at = 0;
+    while let Some(cell) = content.get(at..).filter(|cell| !cell.is_empty()) {
+        let begin = at;
+        if cell[0] == b'"' {
+            let is_closed = loop {
+                at += 1;
+                match content[at..] {
+                    [b'"', b'"', ..] => at += 1,
+                    [b'"', ..] => break true,
+                    [] | [b'\r' | b'\n', ..] => break false,
+                    _ => {}
+                }
+            };
+            if !is_closed {
+                return wrong(begin, "that does not close on this line");
+            }
+            at += 1;
+            at += content[at..].iter().take_while(|byte| **byte == b' ').count();
+            if content.get(at).is_some_and(|byte| !is_end(byte)) {
+                return wrong(begin, "that closes within its cell");
+            }
+        }
+        at += content[at..].iter().take_while(|byte| !is_end(byte)).count() + 1;
+    }
+    Ok(())
+}
+
 /// The cells of a line with commas between them, some of them in quotes.
 ///
 /// # Errors
-/// None that a line of text is known to give; they name the line.
+/// As [`check_quotes`].
 pub(super) fn quoted_cells(line: u64, content: &str) -> Result<csv::StringRecord, FormatError> {
+    check_quotes(line, content.as_bytes(), b',')?;
+    cut_cells(line, content)
+}
+
+/// The same of a line that may be cut within quotes.
+///
+/// # Errors
+/// None that a line of text is known to give; they name the line.
+pub(super) fn cut_cells(line: u64, content: &str) -> Result<csv::StringRecord, FormatError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .buffer_capacity(content.len() + 1)

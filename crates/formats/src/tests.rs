@@ -165,6 +165,88 @@ proptest! {
     }
 }
 
+/// Rows, or samples of recordings.
+type Count = fn(&[u8]) -> Result<usize, FormatError>;
+
+/// Texts that are read row by row, and what counts their rows.
+fn row_texts() -> Vec<(String, Count)> {
+    let samples: Count = |bytes| {
+        let found = recording::parse(bytes)?;
+        Ok(found.tools.iter().map(|tool| tool.samples.len()).sum())
+    };
+    let rows = |header: &str, row: &str| format!("{header}\n{}", format!("{row}\n").repeat(9));
+    let pose = "x,y,z,qw,qx,qy,qz";
+    let tool = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz";
+    let measured = MEASUREMENTS.lines().next().unwrap_or_default();
+    let labelled = rows(
+        &format!("{measured},sensor,pose"),
+        "1,2,3,1,0,0,0,1.5,2,3,0.6,0.8,0,0,\"a, \"\"b\"\"\",7",
+    );
+    let live = "100.5,,a,OK,4,5,6,1,0,0,0";
+    let printed = "Frame#,ToolHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,#Markers";
+    let ndi = "Tools\tPort 1\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";
+    let aurora = "Sample:,Hour,Minutes,Seconds,ms,Xa,Ya,Za,qoa,qxa,qya,qza";
+    let rod = "level,row,column,rod,distance_mm";
+    let sensor = "Sensor: a Position: 1 2 3 Orientation: 1 0 0 0 1 0 0 0 1";
+    vec![
+        (labelled.clone(), |bytes| Ok(measurements::parse(bytes)?.measurements.len())),
+        (labelled.clone(), |bytes| Ok(recorded_tool::parse(bytes)?.rows.len())),
+        (labelled.clone(), |bytes| {
+            Ok(groups::parse(bytes, Some("pose"))?.map_or(0, |g| g.labels.len()))
+        }),
+        (labelled.replace(',', ";"), |bytes| Ok(measurements::parse(bytes)?.measurements.len())),
+        (labelled.replace('\n', "\r"), |bytes| Ok(measurements::parse(bytes)?.measurements.len())),
+        (rows(&format!("note,{pose}"), ",1,2,3,1,0,0,0"), |bytes| Ok(poses::parse(bytes)?.len())),
+        (rows(tool, "1,2,3,1,0,0,0"), |bytes| Ok(input::parse(bytes, false)?.len())),
+        (rows("name,x,y,z", "\"a, b\",1,2,3"), |bytes| Ok(points::parse(bytes)?.len())),
+        (rows("# CoordinateSystem = LPS", "1,1,2,3,\"a, b\""), |bytes| {
+            Ok(points::parse(bytes)?.len())
+        }),
+        (rows(&format!("{rod},{pose}"), "0,1,2,a,20,1,2,3,1,0,0,0"), |bytes| {
+            Ok(plate_recording::parse(bytes)?.len())
+        }),
+        (protocol_table::tests::good(), |bytes| Ok(protocol_table::parse(bytes)?.rows.len())),
+        (rows("1 2 3", "4;5;6"), |bytes| Ok(points::parse(bytes)?.len())),
+        (rows(recording::live_table::HEADER, live), samples),
+        (rows(printed, "100,Port:1,0,Enabled,1,0,0,0,1.5,2,3,0.1,0"), samples),
+        (rows(ndi, "1\tPort 1\tOK\t1\t0\t0\t0\t4\t5\t6"), samples),
+        (rows(aurora, "1,2,3,4,5,1,2,3,1,0,0,0"), samples),
+        (rows(sensor, sensor), samples),
+    ]
+}
+
+/// At each byte, and so in each cell: before, within and behind its text.
+#[test]
+fn a_stray_quote_never_drops_rows() {
+    let (mut accepted, mut refused) = (0, 0);
+    for (text, count) in row_texts() {
+        let all = count(text.as_bytes()).unwrap();
+        assert!(all >= 4, "{text}");
+        let header = text.find(['\n', '\r']).unwrap() + 1;
+        for stray in ["\"", "\"\"\"", "\n\""] {
+            for at in 0..=text.len() {
+                let mut bytes = text.clone().into_bytes();
+                bytes.splice(at..at, stray.bytes());
+                let line = 1 + bytes[..at].iter().filter(|b| **b == b'\n').count();
+                match count(&bytes) {
+                    Ok(found) => {
+                        assert!(found >= all, "{found} rows: {stray:?} at {at} of {text}");
+                        accepted += 1;
+                    }
+                    Err(error) => {
+                        let message = error.to_string();
+                        let is_named = message.starts_with(&format!("line {line}"));
+                        let is_shifted = stray.starts_with('\n') || at < header;
+                        assert!(is_named || is_shifted, "{line}: {message}: {at} of {text}");
+                        refused += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused > 4 * accepted, "{accepted} accepted, {refused} refused");
+}
+
 fn message<T>(result: Result<T, FormatError>) -> String {
     match result {
         Ok(_) => "no error".to_owned(),

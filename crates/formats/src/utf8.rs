@@ -1,14 +1,15 @@
-//! Text as it comes: UTF-8 is checked on the way, a byte order mark left out, and no row of a table
-//! without end.
+//! Text as it comes: UTF-8 is checked on the way, a byte order mark left out, no line of a table is
+//! without end, and each quote closes on its line.
 
 use super::error::FormatError;
+use super::table_dialect::check_quotes;
 use std::io::{self, BufRead, BufReader, Read};
 
 /// The mark that some programs put before UTF-8 text.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// Longest row of a table in bytes: a thousand columns of a thousand letters. What is longer is no
-/// table, or has a quote that nobody closed.
+/// Longest line of a table in bytes: a thousand columns of a thousand letters. What is longer is no
+/// table.
 const MAX_ROW: usize = 1 << 20;
 
 /// A reader of text, line by line: the bytes of another one as long as they are UTF-8, then an error.
@@ -19,9 +20,8 @@ pub struct Utf8Reader<R: Read> {
     given: usize,
     /// Its number, from 1.
     line: usize,
-    /// Where the row begins that is being read, from 1, and how much of it was given out.
-    row_line: u64,
-    row_bytes: usize,
+    /// What is between the cells of a table.
+    separator: Option<u8>,
 }
 
 /// What a text cannot hold, carried through an [`io::Error`].
@@ -40,13 +40,17 @@ pub fn error_of(error: &io::Error) -> FormatError {
 impl<R: Read> Utf8Reader<R> {
     pub fn new(inner: R) -> Self {
         let inner = BufReader::new(inner);
-        Self { inner, content: Vec::new(), given: 0, line: 0, row_line: 1, row_bytes: 0 }
+        Self { inner, content: Vec::new(), given: 0, line: 0, separator: None }
     }
 
-    /// States that what is read from here on is another row, which begins at a line.
-    pub fn begin_row(&mut self, line: u64) {
-        self.row_line = line;
-        self.row_bytes = 0;
+    /// States that the line that was given out, and those after it, are rows with this between their
+    /// cells: from here on their quotes are checked.
+    ///
+    /// # Errors
+    /// A quote of this line that does not close on it.
+    pub fn begin_rows(&mut self, separator: u8) -> Result<(), FormatError> {
+        self.separator = Some(separator);
+        check_quotes(self.line as u64, &self.content, separator)
     }
 
     /// Checks the next line, or what there is of one that is too long; nothing at the end of the text.
@@ -55,17 +59,18 @@ impl<R: Read> Utf8Reader<R> {
         let most = MAX_ROW as u64 + 1;
         self.inner.by_ref().take(most).read_until(b'\n', &mut self.content)?;
         self.line += 1;
-        self.row_bytes += self.content.len();
         if let Err(error) = std::str::from_utf8(&self.content)
-            && (self.row_bytes <= MAX_ROW || error.error_len().is_some())
+            && (self.content.len() <= MAX_ROW || error.error_len().is_some())
         {
             let column = 1 + error.valid_up_to();
             return Err(wrong(FormatError::NotUtf8 { line: self.line, column }));
         }
-        if self.row_bytes > MAX_ROW {
+        if self.content.len() > MAX_ROW {
             let found = format!("a row of more than {MAX_ROW} bytes");
-            let expected = "shorter rows, and an end to each quote";
-            return Err(wrong(FormatError::line(self.row_line, found, expected)));
+            return Err(wrong(FormatError::line(self.line as u64, found, "shorter rows")));
+        }
+        if let Some(separator) = self.separator {
+            check_quotes(self.line as u64, &self.content, separator).map_err(wrong)?;
         }
         let is_marked = self.line == 1 && self.content.starts_with(BYTE_ORDER_MARK);
         self.given = if is_marked { BYTE_ORDER_MARK.len() } else { 0 };
@@ -127,18 +132,8 @@ mod tests {
         use crate::table::Table;
         let rows_of = |text: &str| Table::parse(text.as_bytes())?.read(|_| Ok(()));
         let long = "1".repeat(MAX_ROW + (1 << 14));
-        let quoted = format!("1,\"{}", "2,3\n".repeat(MAX_ROW / 3));
-        for (rows, line) in [(&long, 3), (&quoted, 3)] {
-            let text = format!("x,y\n1,2\n{rows}");
-            let error = rows_of(&text).unwrap_err().to_string();
-            assert_eq!(
-                error,
-                format!(
-                    "line {line}: found a row of more than 1048576 bytes, expected shorter rows, \
-                     and an end to each quote"
-                )
-            );
-        }
+        let error = rows_of(&format!("x,y\n1,2\n{long}")).unwrap_err().to_string();
+        assert_eq!(error, "line 3: found a row of more than 1048576 bytes, expected shorter rows");
         let short = format!("x,y\n{}", "1,2\n".repeat(MAX_ROW / 2));
         assert!(rows_of(&short).is_ok());
         let header = rows_of(&long).unwrap_err().to_string();

@@ -17,10 +17,18 @@ pub enum SweepError {
     Io { file: PathBuf, doing: &'static str, cause: io::Error },
     #[error("{}: found the rows of another plan, expected those of this one: a plan whose files or numbers changed needs another folder", file.display())]
     OtherPlan { file: PathBuf },
-    #[error("{}: found no sweep, expected a folder that `sweep` wrote or a table that `sweep merge` wrote", file.display())]
+    #[error("{}: found no sweep, expected a folder that `sweep` wrote or a table that `sweep merge` wrote, whole and with its checksum", file.display())]
     NoSweep { file: PathBuf },
-    #[error("{}: is cut short, or no Parquet file", file.display())]
-    Torn { file: PathBuf },
+    #[error("{}: is damaged: its checksum is not that of its bytes", file.display())]
+    Damaged { file: PathBuf },
+    #[error("{}: is a file of the sweep itself, expected another name for the merged rows", file.display())]
+    Own { file: PathBuf },
+    #[error(
+        "{what} is {found:?}, expected text without control characters: a script of the cluster contains it"
+    )]
+    Unquotable { what: &'static str, found: String },
+    #[error("{}: is not as `sweep --submit` wrote it, expected no such file: rename or remove it", file.display())]
+    OtherScript { file: PathBuf },
     #[error("part {part} of {parts} of this sweep is being computed by another worker")]
     Taken { part: u64, parts: u64 },
     #[error("{found:?} is no part, expected K/N with K from 1 to N, such as 3/8")]

@@ -4,13 +4,14 @@
 //! plan.sweep.ron                       the plan, with the folder that its files are relative to
 //! rows-000000000000-000000004096.parquet  a shard: rows from the first number to below the second
 //! locks/part-3-of-8                    held by the worker that computes that part
-//! locks/commit                         held while a shard gets its name
+//! locks/commit                         held while a shard gets its name, a part is taken, or files are removed
 //! ```
 
 use super::error::{SweepError, io_error};
 use super::shard::{self, Footer};
 use super::sweep::Sweep;
 use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -18,6 +19,9 @@ use trackwright_formats::sweep_plan;
 
 const PLAN: &str = "plan.sweep.ron";
 const LOCKS: &str = "locks";
+
+/// What a cluster gets is in this one.
+pub(crate) const SLURM: &str = "slurm";
 
 /// Whether a file is the plan that `sweep` wrote into a folder.
 pub(crate) fn is_plan_of(file: &Path, folder: &Path) -> bool {
@@ -67,7 +71,7 @@ pub struct Folder {
 pub struct Coverage {
     /// The shards, by their first row.
     pub shards: Vec<(Range<u64>, PathBuf)>,
-    /// Files of the folder with the name of a shard that are none, such as those that are cut short.
+    /// Files of the folder with the name of a shard that are none: damaged, or cut short.
     pub torn: Vec<PathBuf>,
 }
 
@@ -109,11 +113,12 @@ impl Folder {
         let locks = path.join(LOCKS);
         fs::create_dir_all(&locks).map_err(io_error(&locks, "cannot be made"))?;
         let folder = Self { path: path.to_owned(), hash: sweep.hash().to_owned() };
-        if let Some((_, file)) = folder
-            .named_shards()?
-            .into_iter()
-            .find(|(_, file)| shard::footer(file).is_ok_and(|footer| footer.hash != folder.hash))
-        {
+        // One shard is enough here: whoever uses the rows reads them all.
+        let whole = folder.named_shards()?.into_iter().find_map(|(_, file)| {
+            let footer = shard::footer(&file).ok()?;
+            Some((footer.hash, file))
+        });
+        if let Some((_, file)) = whole.filter(|(hash, _)| *hash != folder.hash) {
             return Err(SweepError::OtherPlan { file });
         }
         let plan = path.join(PLAN);
@@ -156,13 +161,24 @@ impl Folder {
     /// # Errors
     /// What the disk reports; a shard of another plan.
     pub fn coverage(&self) -> Result<Coverage, SweepError> {
+        self.coverage_of(&(0..u64::MAX))
+    }
+
+    /// The same of the files with any rows of a range: each is read whole.
+    pub(crate) fn coverage_of(&self, range: &Range<u64>) -> Result<Coverage, SweepError> {
         let mut coverage = Coverage { shards: Vec::new(), torn: Vec::new() };
-        for (rows, file) in self.named_shards()? {
+        let shards = self.named_shards()?.into_iter();
+        let has_any = |rows: &Range<u64>| rows.start < range.end && range.start < rows.end;
+        for (rows, file) in shards.filter(|(rows, _)| has_any(rows)) {
             match shard::footer(&file) {
                 Ok(Footer { hash, .. }) if hash != self.hash => {
                     return Err(SweepError::OtherPlan { file });
                 }
                 Ok(footer) if footer.rows == rows => coverage.shards.push((rows, file)),
+                // What cannot be read may be whole.
+                Err(SweepError::Io { cause, doing, .. }) if cause.kind() != ErrorKind::NotFound => {
+                    return Err(SweepError::Io { file, doing, cause });
+                }
                 _ => coverage.torn.push(file),
             }
         }
@@ -174,28 +190,71 @@ impl Folder {
     /// # Errors
     /// [`SweepError::Taken`] where another worker holds it.
     pub fn hold(&self, part: Part) -> Result<File, SweepError> {
+        let _commit = self.lock_commit()?;
+        self.try_hold(part)?.ok_or(SweepError::Taken { part: part.number, parts: part.of })
+    }
+
+    /// `None` where another worker holds the part. Whoever calls this has the lock `commit`, so that nobody
+    /// finds a part held that is only looked at.
+    fn try_hold(&self, part: Part) -> Result<Option<File>, SweepError> {
         let file = self.path.join(LOCKS).join(format!("part-{}-of-{}", part.number, part.of));
         let handle = open_lock(&file)?;
         match handle.try_lock() {
-            Ok(()) => Ok(handle),
-            Err(TryLockError::WouldBlock) => {
-                Err(SweepError::Taken { part: part.number, parts: part.of })
-            }
+            Ok(()) => Ok(Some(handle)),
+            Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(cause)) => Err(io_error(&file, "cannot be locked")(cause)),
         }
     }
 
-    /// Removes what an interrupted worker left of a part that is held now.
-    pub(crate) fn remove_leftovers(&self, part: Part) -> Result<(), SweepError> {
-        let prefix = draft_prefix(part);
+    fn lock_commit(&self) -> Result<File, SweepError> {
+        let file = self.path.join(LOCKS).join("commit");
+        let lock = open_lock(&file)?;
+        lock.lock().map_err(io_error(&file, "cannot be locked"))?;
+        Ok(lock)
+    }
+
+    /// Removes what workers left that have ended: drafts of parts that nobody holds, but for who calls this.
+    pub(crate) fn remove_leftovers(&self, held: Option<Part>) -> Result<(), SweepError> {
+        let _commit = self.lock_commit()?;
         for entry in fs::read_dir(&self.path).map_err(io_error(&self.path, "cannot be read"))? {
             let entry = entry.map_err(io_error(&self.path, "cannot be read"))?;
-            if entry.file_name().to_string_lossy().starts_with(&prefix) {
-                let file = entry.path();
-                fs::remove_file(&file).map_err(io_error(&file, "cannot be removed"))?;
+            let Some(part) = part_of_draft(&entry.file_name().to_string_lossy()) else {
+                continue;
+            };
+            // Held until the draft is removed.
+            let free = self.try_hold(part)?;
+            if free.is_some() || held == Some(part) {
+                remove(&entry.path())?;
             }
         }
         Ok(())
+    }
+
+    /// Removes a file with the name of a shard, if it is none: another worker may have made it anew.
+    pub(crate) fn remove_torn(&self, file: &Path) -> Result<(), SweepError> {
+        let _commit = self.lock_commit()?;
+        let named = rows_of(&file.file_name().unwrap_or_default().to_string_lossy());
+        match shard::footer(file) {
+            Ok(footer) if named == Some(footer.rows.clone()) => Ok(()),
+            Err(error @ SweepError::Io { .. }) if file.exists() => Err(error),
+            _ => remove(file),
+        }
+    }
+
+    /// Whether merged rows may be written to a file: to no plan or shard, of whatever sweep, and to nothing
+    /// in this one's own folders.
+    pub(crate) fn expect_not_own(&self, file: &Path) -> Result<(), SweepError> {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let place = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let parent = place(parent.unwrap_or(Path::new(".")));
+        let own = [LOCKS, SLURM].map(|name| place(&self.path).join(name));
+        let is_own = own.iter().any(|folder| parent.starts_with(folder));
+        let is_plan = name.ends_with(".sweep.ron");
+        match is_own || is_plan || rows_of(&name).is_some() || part_of_draft(&name).is_some() {
+            true => Err(SweepError::Own { file: file.to_owned() }),
+            false => Ok(()),
+        }
     }
 
     /// A new file for the rows of a part that has no shard's name yet.
@@ -211,9 +270,7 @@ impl Folder {
         rows: &Range<u64>,
     ) -> Result<bool, SweepError> {
         let file = self.path.join(name_of(rows));
-        let lock_file = self.path.join(LOCKS).join("commit");
-        let lock = open_lock(&lock_file)?;
-        lock.lock().map_err(io_error(&lock_file, "cannot be locked"))?;
+        let _commit = self.lock_commit()?;
         let is_overlapping =
             |(other, _): &(Range<u64>, PathBuf)| other.start < rows.end && rows.start < other.end;
         if self.named_shards()?.iter().any(is_overlapping) {
@@ -227,6 +284,11 @@ impl Folder {
         let folder = File::open(&self.path).and_then(|folder| folder.sync_all());
         folder.map_err(io_error(&self.path, "cannot be written to"))?;
         Ok(true)
+    }
+
+    /// Rows that are there by the names of files, which are not read.
+    pub(crate) fn named_rows(&self) -> Result<u64, SweepError> {
+        Ok(self.named_shards()?.into_iter().map(|(rows, _)| rows.end - rows.start).sum())
     }
 
     /// The files with the names of shards, by their first row.
@@ -250,6 +312,23 @@ pub(crate) fn named_shards(path: &Path) -> Result<Vec<(Range<u64>, PathBuf)>, Sw
 
 fn draft_prefix(part: Part) -> String {
     format!(".part-{}-of-{}-", part.number, part.of)
+}
+
+/// The part that a file without a shard's name is of.
+fn part_of_draft(name: &str) -> Option<Part> {
+    let (number, rest) = name.strip_prefix(".part-")?.strip_suffix(".tmp")?.split_once("-of-")?;
+    let of = rest.split_once('-')?.0;
+    format!("{number}/{of}").parse().ok()
+}
+
+/// Removes a file that may have been removed meanwhile.
+fn remove(file: &Path) -> Result<(), SweepError> {
+    match fs::remove_file(file) {
+        Err(cause) if cause.kind() != ErrorKind::NotFound => {
+            Err(io_error(file, "cannot be removed")(cause))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A file without its final name, which is removed where it gets none. Others may read it, as far as the user

@@ -19,6 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod checksum;
 mod error;
 mod folder;
 mod merge;
@@ -38,7 +39,7 @@ mod tests;
 
 pub use error::SweepError;
 pub use folder::{Coverage, Folder, Part};
-pub use merge::{MergeReport, merge};
+pub use merge::{MergeReport, is_merge_of, merge};
 pub use order::Direction;
 pub use read::{Cell, Column, SweepTable};
 pub use row_design::{RowDesign, RowDesignError};

@@ -2,7 +2,7 @@
 
 use super::error::{SweepError, io_error, parquet_error};
 use super::folder::{Coverage, Folder, new_file};
-use super::shard::{Footer, GROUP_ROWS, properties};
+use super::shard::{Footer, GROUP_ROWS, footer, properties};
 use super::sweep::Sweep;
 use super::table::schema;
 use arrow_array::RecordBatch;
@@ -48,19 +48,20 @@ impl MergeReport {
 /// Writes all rows of a folder to one file, whose bytes do not depend on how the rows were sharded.
 ///
 /// # Errors
-/// Rows that are missing or there twice, a shard of another plan, and what the disk reports; no file is
-/// there then.
+/// A file of the sweep itself, rows that are missing or there twice, a shard of another plan, and what the disk
+/// reports; nothing is written then.
 pub fn merge(
     sweep: &Sweep,
     folder: &Folder,
     file: &Path,
     task: &Task,
 ) -> Result<MergeReport, SweepError> {
+    folder.expect_not_own(file)?;
     let coverage = folder.coverage()?;
     check(&coverage, sweep.rows())?;
     let target =
         file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let draft = new_file(target, ".merge-")?;
+    let mut draft = new_file(target, ".merge-")?;
     let schema = schema(sweep.plan());
     let handle = draft.as_file().try_clone().map_err(io_error(file, "cannot be opened"))?;
     let mut writer = ArrowWriter::try_new(handle, schema.clone(), Some(properties(&schema)))
@@ -101,12 +102,16 @@ pub fn merge(
         plan: sweep_plan::write(sweep.plan()),
         all: sweep.rows(),
     };
-    footer.entries(&schema).into_iter().for_each(|entry| writer.append_key_value_metadata(entry));
-    writer.close().map_err(parquet_error(file))?;
-    draft.as_file().sync_all().map_err(io_error(file, "cannot be written"))?;
+    footer.finish(writer, &schema, file, draft.as_file_mut())?;
     let bytes = draft.as_file().metadata().map_err(io_error(file, "cannot be read"))?.len();
     draft.persist(file).map_err(|error| io_error(file, "cannot be written")(error.error))?;
+    folder.remove_leftovers(None)?;
     Ok(MergeReport { rows: sweep.rows(), shards: coverage.shards.len(), bytes })
+}
+
+/// Whether a file has the merged rows of this sweep, and nothing else: it may be written over.
+pub fn is_merge_of(sweep: &Sweep, file: &Path) -> bool {
+    footer(file).is_ok_and(|found| found.hash == sweep.hash() && found.rows == (0..sweep.rows()))
 }
 
 /// Whether every row is there once.

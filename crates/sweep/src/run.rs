@@ -6,7 +6,6 @@ use super::shard::ShardWriter;
 use super::status::rows_there;
 use super::sweep::{Row, Sweep};
 use rayon::prelude::*;
-use std::fs;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use trackwright_result::{Section, count, data, number};
@@ -31,9 +30,9 @@ pub struct RunReport {
     /// Rows that another worker had written meanwhile.
     pub dropped: u64,
     pub shards: u64,
-    /// Files that were torn and are made anew.
+    /// Files that were damaged or cut short, and are made anew.
     pub torn: u64,
-    /// Rows that the folder has now, of all parts.
+    /// Rows that the folder has now, of all parts, by the names of its files.
     pub rows_there: u64,
     /// Rows of the plan.
     pub rows: u64,
@@ -75,13 +74,13 @@ pub fn run(
     note: &dyn Fn(&str),
 ) -> Result<RunReport, SweepError> {
     let _held = folder.hold(part)?;
-    folder.remove_leftovers(part)?;
-    let coverage = folder.coverage()?;
+    folder.remove_leftovers(Some(part))?;
     let range = part.rows(sweep.rows());
+    let coverage = folder.coverage_of(&range)?;
     let mut report = RunReport { rows: sweep.rows(), ..RunReport::default() };
     for file in &coverage.torn {
-        note(&format!("{}: is cut short and is made anew", file.display()));
-        fs::remove_file(file).map_err(super::error::io_error(file, "cannot be removed"))?;
+        note(&format!("{}: is damaged or cut short, and is made anew", file.display()));
+        folder.remove_torn(file)?;
         report.torn += 1;
     }
     let missing = coverage.missing(range.clone());
@@ -91,7 +90,7 @@ pub fn run(
     for rows in missing {
         worker.compute(rows)?;
     }
-    let rows_there = folder.coverage()?.rows();
+    let rows_there = folder.named_rows()?;
     Ok(RunReport { rows_there, ..worker.report })
 }
 

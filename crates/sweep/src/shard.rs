@@ -1,5 +1,6 @@
 //! One Parquet file of rows, written batch by batch so that memory stays flat.
 
+use super::checksum;
 use super::error::{SweepError, io_error, parquet_error};
 use super::folder::{Folder, Part};
 use super::sweep::{Row, Sweep};
@@ -84,13 +85,7 @@ impl<'a> ShardWriter<'a> {
             plan: sweep_plan::write(self.sweep.plan()),
             all: self.sweep.rows(),
         };
-        footer
-            .entries(&self.schema)
-            .into_iter()
-            .for_each(|entry| self.writer.append_key_value_metadata(entry));
-        // `into_inner` would lose which error of the system it was.
-        self.writer.close().map_err(parquet_error(&file))?;
-        self.draft.as_file().sync_all().map_err(io_error(&file, "cannot be written"))?;
+        footer.finish(self.writer, &self.schema, &file, self.draft.as_file_mut())?;
         self.folder.commit(self.draft, &self.rows)
     }
 
@@ -100,7 +95,23 @@ impl<'a> ShardWriter<'a> {
 }
 
 impl Footer {
-    pub fn entries(&self, schema: &SchemaRef) -> Vec<KeyValue> {
+    /// Ends what `written` holds with this footer and the checksum; it is on the disk then.
+    pub fn finish(
+        &self,
+        mut writer: ArrowWriter<File>,
+        schema: &SchemaRef,
+        file: &Path,
+        written: &mut File,
+    ) -> Result<(), SweepError> {
+        let entries = self.entries(schema).into_iter().chain([checksum::entry()]);
+        entries.for_each(|entry| writer.append_key_value_metadata(entry));
+        // `into_inner` would lose which error of the system it was.
+        writer.close().map_err(parquet_error(file))?;
+        let done = checksum::write(written).and_then(|()| written.sync_all());
+        done.map_err(io_error(file, "cannot be written"))
+    }
+
+    fn entries(&self, schema: &SchemaRef) -> Vec<KeyValue> {
         let units = schema.fields().iter().filter_map(|field| {
             Some(format!("{:?}:{:?}", field.name(), field.metadata().get(super::table::UNIT)?))
         });
@@ -153,14 +164,14 @@ pub(crate) fn properties(schema: &SchemaRef) -> WriterProperties {
     properties.build()
 }
 
-/// What a file's footer states.
+/// What a file's footer states, once the bytes of the whole file are those that were written.
 ///
 /// # Errors
-/// A file that cannot be read, is cut short, or is none of a sweep.
+/// A file that cannot be read, is damaged or cut short, or is none of a sweep.
 pub(crate) fn footer(file: &Path) -> Result<Footer, SweepError> {
-    let opened = File::open(file).map_err(super::error::io_error(file, "cannot be opened"))?;
-    let metadata = ParquetMetaDataReader::new()
-        .parse_and_finish(&opened)
-        .map_err(|_| SweepError::Torn { file: file.to_owned() })?;
+    checksum::verify(file)?;
+    let opened = File::open(file).map_err(io_error(file, "cannot be opened"))?;
+    let metadata =
+        ParquetMetaDataReader::new().parse_and_finish(&opened).map_err(parquet_error(file))?;
     Footer::of(&metadata).ok_or_else(|| SweepError::NoSweep { file: file.to_owned() })
 }

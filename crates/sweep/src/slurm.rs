@@ -1,17 +1,23 @@
 //! A sweep as a job array of Slurm: one task a part, and a job that merges once all are done.
 //!
-//! Nothing of it runs here: files are written for `sbatch`, and `squeue` is read.
+//! Nothing of it runs here: files are written for `sbatch`, and `squeue` is read. What a person requests of the
+//! cluster goes to `sbatch` as arguments; a script has names of files alone, each quoted as one word.
 
+use super::checksum::hexadecimal;
 use super::error::{SweepError, io_error};
-use super::folder::{Folder, Part};
+use super::folder::{Folder, Part, SLURM, new_file};
 use super::sweep::Sweep;
+use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const FOLDER: &str = "slurm";
 const JOBS: &str = "jobs.txt";
+
+/// The beginning of a script; behind it is the digest of the rest.
+const HEAD: &str = "#!/bin/sh\n# Written by trackwright sweep --submit, which replaces it as long as this is the \
+    SHA-256 of the lines below: ";
 
 /// What is requested of the cluster.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,13 +57,15 @@ pub struct Queue {
 /// Submits what is missing; nothing where all is there or in the queue.
 ///
 /// # Errors
-/// A cluster that refuses the job, with its own words, and a machine without Slurm's commands.
+/// A cluster that refuses the job, with its own words, a machine without Slurm's commands, control characters in
+/// what is requested or in names of files, and a script of somebody else where the scripts are written.
 pub fn submit(
     sweep: &Sweep,
     folder: &Folder,
     options: &SlurmOptions,
     program: &Path,
 ) -> Result<Option<Submission>, SweepError> {
+    let requested = requested(options)?;
     let queue = queue(folder)?;
     let coverage = folder.coverage()?;
     let part = |number| Part { number, of: options.tasks };
@@ -69,18 +77,27 @@ pub fn submit(
     if parts.is_empty() {
         return Ok(None);
     }
-    let scripts = folder.path().join(FOLDER);
+    let out = folder.path();
+    let out = fs::canonicalize(out).map_err(io_error(out, "cannot be read"))?;
+    let scripts = out.join(SLURM);
     fs::create_dir_all(&scripts).map_err(io_error(&scripts, "cannot be made"))?;
-    let scripts = fs::canonicalize(&scripts).map_err(io_error(&scripts, "cannot be read"))?;
-    let out = scripts.parent().unwrap_or(&scripts).to_owned();
     let table = out.join("rows.parquet");
-    let array = script(&scripts, "array.sh", &array_text(&out, &parts, options, program))?;
-    let merge = script(&scripts, "merge.sh", &merge_text(&out, &table, options, program))?;
-    let job = sbatch(&[&array.to_string_lossy()])?;
+    let [array, merge] = ["array.sh", "merge.sh"].map(|name| scripts.join(name));
+    write_script(&array, &array_command(&out, options, program)?)?;
+    write_script(&merge, &merge_command(&out, &table, program)?)?;
+    let sbatch = |name: &str, log: &str, own: &[String], script: &Path| {
+        // A per cent sign is the beginning of a number of Slurm's.
+        let logs = plain("folder", &scripts.to_string_lossy())?.replace('%', "%%");
+        let log = format!("--output={logs}/{log}.txt");
+        let all = [&[format!("--job-name={name}"), log], requested.as_slice(), own].concat();
+        sbatch(&all, script)
+    };
+    let own = [format!("--array={}", ranges(&parts)), format!("--cpus-per-task={}", options.cores)];
+    let job = sbatch("trackwright-sweep", "%A-%a", &own, &array)?;
     note_job(&scripts, &job, options.tasks)?;
-    let dependency = format!("--dependency=afterok:{job}");
     // One that can never run must not stay in the queue.
-    let merge_job = sbatch(&[&dependency, "--kill-on-invalid-dep=yes", &merge.to_string_lossy()])?;
+    let own = [format!("--dependency=afterok:{job}"), "--kill-on-invalid-dep=yes".to_owned()];
+    let merge_job = sbatch("trackwright-merge", "%j-merge", &own, &merge)?;
     Ok(Some(Submission { job, merge_job, parts, queued, table }))
 }
 
@@ -94,7 +111,7 @@ fn overlap(a: Part, b: Part, rows: u64) -> bool {
 /// # Errors
 /// Files that cannot be read. A machine without Slurm's commands has none.
 pub fn queue(folder: &Folder) -> Result<Queue, SweepError> {
-    let jobs = folder.path().join(FOLDER).join(JOBS);
+    let jobs = folder.path().join(SLURM).join(JOBS);
     let text = match fs::read_to_string(&jobs) {
         Ok(text) => text,
         Err(cause) if cause.kind() == ErrorKind::NotFound => return Ok(Queue::default()),
@@ -103,9 +120,6 @@ pub fn queue(folder: &Folder) -> Result<Queue, SweepError> {
     let mut queue = Queue::default();
     for line in text.lines() {
         let Some((job, of)) = line.split_once(' ') else {
-            continue;
-        };
-        let Ok(of) = of.parse() else {
             continue;
         };
         // Of a job that has ended there is nothing, or an error.
@@ -118,51 +132,45 @@ pub fn queue(folder: &Folder) -> Result<Queue, SweepError> {
         let tasks = String::from_utf8_lossy(&listed.stdout);
         queue.tasks.extend(tasks.lines().filter_map(|task| {
             let (number, state) = task.trim().split_once(' ')?;
-            Some((Part { number: number.parse().ok()?, of }, state.to_owned()))
+            Some((format!("{number}/{of}").parse().ok()?, state.to_owned()))
         }));
     }
     Ok(queue)
 }
 
-fn array_text(out: &Path, parts: &[u64], options: &SlurmOptions, program: &Path) -> String {
-    let mut lines = head("trackwright-sweep", out, "%A-%a", options);
-    lines.push(format!("#SBATCH --array={}", ranges(parts)));
-    lines.push(format!("#SBATCH --cpus-per-task={}", options.cores));
-    lines.push(format!("export RAYON_NUM_THREADS={}", options.cores));
-    lines.push(format!(
-        "exec {} sweep {} -o {} --shard \"$SLURM_ARRAY_TASK_ID/{}\"",
-        quoted(program),
-        quoted(&Folder::plan_of(out)),
-        quoted(out),
+fn array_command(out: &Path, options: &SlurmOptions, program: &Path) -> Result<String, SweepError> {
+    Ok(format!(
+        "export RAYON_NUM_THREADS={}\nexec {} sweep {} --output={} --shard \"$SLURM_ARRAY_TASK_ID/{}\"\n",
+        options.cores,
+        word("program", program)?,
+        word("plan", &Folder::plan_of(out))?,
+        word("folder", out)?,
         options.tasks
-    ));
-    lines.join("\n") + "\n"
+    ))
 }
 
-fn merge_text(out: &Path, table: &Path, options: &SlurmOptions, program: &Path) -> String {
-    let mut lines = head("trackwright-merge", out, "%j-merge", options);
-    lines.push(format!(
-        "exec {} sweep merge {} -o {} --overwrite",
-        quoted(program),
-        quoted(out),
-        quoted(table)
-    ));
-    lines.join("\n") + "\n"
+fn merge_command(out: &Path, table: &Path, program: &Path) -> Result<String, SweepError> {
+    Ok(format!(
+        "exec {} sweep merge {} --output={} --overwrite\n",
+        word("program", program)?,
+        word("folder", out)?,
+        word("table", table)?
+    ))
 }
 
-fn head(name: &str, out: &Path, log: &str, options: &SlurmOptions) -> Vec<String> {
-    let mut lines = vec!["#!/bin/sh".to_owned(), format!("#SBATCH --job-name={name}")];
-    lines
-        .push(format!("#SBATCH --output={}", quoted(&out.join(FOLDER).join(format!("{log}.txt")))));
-    for (option, value) in [
+/// The arguments of `sbatch` for both jobs.
+fn requested(options: &SlurmOptions) -> Result<Vec<String>, SweepError> {
+    let all = [
         ("partition", &options.partition),
         ("account", &options.account),
         ("time", &options.time),
         ("mem", &options.memory),
-    ] {
-        lines.extend(value.as_ref().map(|value| format!("#SBATCH --{option}={value}")));
-    }
-    lines
+    ];
+    let argument = |(option, value): (&'static str, &Option<String>)| {
+        let value = plain(option, value.as_ref()?);
+        Some(value.map(|value| format!("--{option}={value}")))
+    };
+    all.into_iter().filter_map(argument).collect()
 }
 
 /// `1-3,7`, as `sbatch --array` has it.
@@ -181,29 +189,56 @@ fn ranges(numbers: &[u64]) -> String {
     runs.iter().map(text).collect::<Vec<_>>().join(",")
 }
 
-/// For a shell, whatever is in the name.
-fn quoted(path: &Path) -> String {
-    format!("'{}'", path.to_string_lossy().replace('\'', "'\\''"))
+/// Text without control characters.
+fn plain<'a>(what: &'static str, text: &'a str) -> Result<&'a str, SweepError> {
+    match text.contains(char::is_control) {
+        true => Err(SweepError::Unquotable { what, found: text.to_owned() }),
+        false => Ok(text),
+    }
 }
 
-fn script(folder: &Path, name: &str, text: &str) -> Result<PathBuf, SweepError> {
-    let file = folder.join(name);
-    fs::write(&file, text).map_err(io_error(&file, "cannot be written"))?;
-    Ok(file)
+/// The name of a file as one word of a shell.
+fn word(what: &'static str, path: &Path) -> Result<String, SweepError> {
+    let found = || path.to_string_lossy().into_owned();
+    let text = path.to_str().ok_or_else(|| SweepError::Unquotable { what, found: found() })?;
+    Ok(format!("'{}'", plain(what, text)?.replace('\'', "'\\''")))
+}
+
+/// Writes a script, over one that this wrote and nobody changed.
+fn write_script(file: &Path, command: &str) -> Result<(), SweepError> {
+    let text = |command: &str| {
+        let digest = hexadecimal(Sha256::new_with_prefix(command));
+        format!("{HEAD}{digest}\n{command}")
+    };
+    match fs::read(file) {
+        Err(cause) if cause.kind() == ErrorKind::NotFound => {}
+        Err(cause) => return Err(io_error(file, "cannot be read")(cause)),
+        Ok(there) => {
+            let there = String::from_utf8_lossy(&there);
+            let command = there.splitn(3, '\n').nth(2).unwrap_or_default();
+            if there != text(command) {
+                return Err(SweepError::OtherScript { file: file.to_owned() });
+            }
+        }
+    }
+    // A script that is not whole would be one of somebody else.
+    let mut draft = new_file(file.parent().unwrap_or(Path::new(".")), ".script-")?;
+    let written = draft.write_all(text(command).as_bytes());
+    written.map_err(io_error(file, "cannot be written"))?;
+    draft.persist(file).map_err(|error| io_error(file, "cannot be written")(error.error))?;
+    Ok(())
 }
 
 fn note_job(folder: &Path, job: &str, tasks: u64) -> Result<(), SweepError> {
     let file = folder.join(JOBS);
     let opened = fs::OpenOptions::new().create(true).append(true).open(&file);
-    let written = opened.and_then(|mut out| {
-        std::io::Write::write_all(&mut out, format!("{job} {tasks}\n").as_bytes())
-    });
+    let written = opened.and_then(|mut out| out.write_all(format!("{job} {tasks}\n").as_bytes()));
     written.map_err(io_error(&file, "cannot be written"))
 }
 
 /// The number of the job.
-fn sbatch(arguments: &[&str]) -> Result<String, SweepError> {
-    let output = Command::new("sbatch").arg("--parsable").args(arguments).output();
+fn sbatch(arguments: &[String], script: &Path) -> Result<String, SweepError> {
+    let output = Command::new("sbatch").arg("--parsable").args(arguments).arg(script).output();
     let output = output.map_err(|cause| SweepError::NoCluster { cause })?;
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     // Behind a semicolon is the cluster's name.
@@ -225,24 +260,49 @@ mod tests {
     }
 
     #[test]
-    fn a_script_has_what_was_requested_and_any_name() {
+    fn scripts_have_any_name_as_one_word() {
         let options = SlurmOptions {
             tasks: 8,
             cores: 4,
-            partition: Some("long".to_owned()),
+            partition: Some("long; x".to_owned()),
             account: None,
             time: Some("2:00:00".to_owned()),
-            memory: Some("2G".to_owned()),
+            memory: None,
         };
-        let text =
-            array_text(Path::new("/data/it's here"), &[2, 3], &options, Path::new("/bin/tw"));
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], "#!/bin/sh");
-        assert!(lines.contains(&"#SBATCH --partition=long"));
-        assert!(lines.contains(&"#SBATCH --mem=2G"));
-        assert!(lines.contains(&"#SBATCH --array=2-3"));
-        assert!(!text.contains("account"));
-        let command = "exec '/bin/tw' sweep '/data/it'\\''s here/plan.sweep.ron' -o '/data/it'\\''s here' --shard \"$SLURM_ARRAY_TASK_ID/8\"";
-        assert_eq!(lines.last(), Some(&command));
+        let (out, program) = (Path::new("/data/it's $(here)"), Path::new("/bin/tw"));
+        let text = array_command(out, &options, program).unwrap();
+        let command = "exec '/bin/tw' sweep '/data/it'\\''s $(here)/plan.sweep.ron' \
+            --output='/data/it'\\''s $(here)' --shard \"$SLURM_ARRAY_TASK_ID/8\"";
+        assert_eq!(text.lines().collect::<Vec<_>>(), ["export RAYON_NUM_THREADS=4", command]);
+        assert_eq!(requested(&options).unwrap(), ["--partition=long; x", "--time=2:00:00"]);
+        for control in ["\n", "\r", "\t", "\0", "\u{1b}", "\u{85}"] {
+            let options = SlurmOptions { account: Some(format!("a{control}b")), ..options.clone() };
+            assert!(matches!(requested(&options), Err(SweepError::Unquotable { .. })));
+            let name = format!("/data/a{control}b");
+            let refused = merge_command(Path::new(&name), out, program);
+            assert!(matches!(refused, Err(SweepError::Unquotable { what: "folder", .. })));
+        }
+    }
+
+    #[test]
+    fn only_unchanged_own_scripts_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("array.sh");
+        for command in ["exec 'a'\n", "exec 'b'\nexec 'c'\n", "exec 'a'\n"] {
+            write_script(&file, command).unwrap();
+        }
+        let own = fs::read(&file).unwrap();
+        let changed = (0..own.len()).map(|at| {
+            let mut bytes = own.clone();
+            bytes[at] ^= 1;
+            bytes
+        });
+        let others = [&b""[..], b"#!/bin/sh\nexec mine\n", &own[..own.len() - 1]];
+        for other in others.map(<[u8]>::to_vec).into_iter().chain(changed) {
+            fs::write(&file, &other).unwrap();
+            let refused = write_script(&file, "exec 'a'\n");
+            assert!(matches!(refused, Err(SweepError::OtherScript { .. })), "{other:?}");
+            assert_eq!(fs::read(&file).unwrap(), other);
+        }
     }
 }

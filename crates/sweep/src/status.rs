@@ -15,7 +15,7 @@ pub struct Status {
     pub rows: u64,
     pub rows_there: u64,
     pub shards: usize,
-    /// Files that were cut short.
+    /// Files that are damaged or cut short.
     pub torn: usize,
     pub missing: Vec<Range<u64>>,
     /// Tasks of Slurm that wait or run, by their state.
@@ -37,7 +37,7 @@ impl Status {
             data("rows_there", self.rows_there),
             data("rows", self.rows),
             count("shards", "shards", self.shards),
-            count("torn", "files cut short", self.torn).shown_if(self.torn > 0),
+            count("torn", "files damaged or cut short", self.torn).shown_if(self.torn > 0),
             text("", "first missing rows", gap.unwrap_or_default()).shown_if(!missing.is_empty()),
             data("missing", missing),
             data("slurm", &self.tasks),

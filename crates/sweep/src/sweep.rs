@@ -1,5 +1,6 @@
 //! An opened plan: designs, rooms and poses are read, and any row can be computed.
 
+use super::checksum::hexadecimal;
 use super::points::Points;
 use super::template::Template;
 use sha2::{Digest, Sha256};
@@ -149,7 +150,7 @@ impl Sweep {
                 }
             });
         }
-        let hash = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let hash = hexadecimal(digest);
         let points = Points::new(&plan.vary, plan.seed);
         let rows = plan.rows() as u64;
         plan.folder = Some(folder.to_string_lossy().into_owned());

@@ -2,8 +2,8 @@
 
 use super::shard::ShardWriter;
 use super::{
-    Cell, Coverage, Direction, Folder, Part, Row, RowFigures, Sweep, SweepError, SweepTable, merge,
-    run,
+    Cell, Coverage, Direction, Folder, Part, Row, RowFigures, Sweep, SweepError, SweepTable,
+    is_merge_of, merge, run,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,15 +28,15 @@ const PLAN: &str = r#"(
     expected: false,
 )"#;
 
-fn sweep(text: &str) -> Sweep {
+pub(super) fn sweep(text: &str) -> Sweep {
     Sweep::of_plan(sweep_plan::parse(text.as_bytes()).unwrap(), Path::new("/nowhere")).unwrap()
 }
 
-fn compute(sweep: &Sweep, folder: &Folder, part: &str) -> super::RunReport {
+pub(super) fn compute(sweep: &Sweep, folder: &Folder, part: &str) -> super::RunReport {
     run(sweep, folder, part.parse().unwrap(), &Task::default(), &|_| ()).unwrap()
 }
 
-fn opened(dir: &TempDir, name: &str, sweep: &Sweep) -> Folder {
+pub(super) fn opened(dir: &TempDir, name: &str, sweep: &Sweep) -> Folder {
     Folder::open(&dir.path().join(name), sweep).unwrap()
 }
 
@@ -106,16 +106,27 @@ fn rows_are_kept_and_torn_files_made_anew() {
     let again = compute(&sweep, &folder, "1/1");
     assert_eq!((again.kept, again.computed), (160, 0));
     let files = shards(&folder);
-    // Cut short at any place, emptied, removed.
+    // Cut short at any place, emptied, removed, or with one bit that is another.
     let bytes = fs::read(&files[1]).unwrap();
-    for length in [0, 1, 4, bytes.len() / 2, bytes.len() - 1] {
-        fs::write(&files[1], &bytes[..length]).unwrap();
+    let lengths = [0, 1, 4, bytes.len() / 2, bytes.len() - 1];
+    let cut = lengths.map(|length| bytes[..length].to_vec()).into_iter();
+    let flipped = (0..bytes.len()).step_by(bytes.len() / 7).map(|at| {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 1 << (at % 8);
+        bytes
+    });
+    for (case, damaged) in cut.chain(flipped).enumerate() {
+        fs::write(&files[1], damaged).unwrap();
         let coverage = folder.coverage().unwrap();
-        assert_eq!((coverage.torn.len(), coverage.rows()), (1, 120), "{length}");
+        assert_eq!((coverage.torn.len(), coverage.rows()), (1, 120), "{case}");
         let report = compute(&sweep, &folder, "1/1");
         assert_eq!((report.torn, report.computed), (1, 40));
         assert_eq!(merged(&dir, &sweep, &folder), expected);
     }
+    // The rows of another name.
+    fs::copy(&files[0], &files[1]).unwrap();
+    assert_eq!(compute(&sweep, &folder, "1/1").torn, 1);
+    assert_eq!(merged(&dir, &sweep, &folder), expected);
     fs::remove_file(&files[3]).unwrap();
     let gap = merge(&sweep, &folder, &dir.path().join("no.parquet"), &Task::default());
     assert!(matches!(gap, Err(SweepError::Gap { from: 120, to: 160 })), "{gap:?}");
@@ -166,6 +177,52 @@ fn a_part_is_computed_by_one_worker_at_a_time() {
     assert!(!overlaps, "{shards:?}");
     compute(&sweep, &folder, "1/1");
     merged(&dir, &sweep, &folder);
+}
+
+#[test]
+fn only_drafts_of_dead_workers_are_removed() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    let held = folder.hold(Part { number: 2, of: 4 }).unwrap();
+    let names = [".part-2-of-4-a.tmp", ".part-3-of-8-b.tmp", ".part-1-of-1-c.tmp", ".part-x-d.tmp"];
+    names.iter().for_each(|name| fs::write(folder.path().join(name), "").unwrap());
+    let there = || names.map(|name| folder.path().join(name).exists());
+    compute(&sweep, &folder, "1/1");
+    assert_eq!(there(), [true, false, false, true]);
+    drop(held);
+    merged(&dir, &sweep, &folder);
+    assert_eq!(there(), [false, false, false, true]);
+}
+
+#[test]
+fn merged_rows_replace_no_file_of_a_sweep() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    compute(&sweep, &folder, "1/2");
+    compute(&sweep, &folder, "2/2");
+    fs::create_dir(folder.path().join("slurm")).unwrap();
+    fs::write(folder.path().join("slurm/array.sh"), "x").unwrap();
+    std::os::unix::fs::symlink(folder.path().join("locks"), dir.path().join("link")).unwrap();
+    let own = folder.path();
+    let mut targets = shards(&folder);
+    targets.extend(
+        ["plan.sweep.ron", "locks/commit", "locks/new", "slurm/array.sh"].map(|f| own.join(f)),
+    );
+    targets
+        .extend(["link/commit", "out/../out/locks/x", "my.sweep.ron"].map(|f| dir.path().join(f)));
+    for target in &targets {
+        let before = fs::read(target).ok();
+        let refused = merge(&sweep, &folder, target, &Task::default());
+        assert!(matches!(refused, Err(SweepError::Own { .. })), "{target:?} {refused:?}");
+        assert_eq!(fs::read(target).ok(), before);
+    }
+    // Beside the shards is where a cluster merges to.
+    for target in [own.join("rows.parquet"), dir.path().join("rows.parquet")] {
+        assert!(!is_merge_of(&sweep, &target));
+        merge(&sweep, &folder, &target, &Task::default()).unwrap();
+        assert!(is_merge_of(&sweep, &target));
+    }
+    assert!(!is_merge_of(&sweep, &shards(&folder)[0]));
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use super::rows::{Tools, pose};
 use crate::error::{FormatError, quoted, text};
-use crate::table_dialect::quoted_cells;
+use crate::table_dialect::{cut_cells, quoted_cells};
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_simulation::recording::{Recording, TrackSample, Unusable};
@@ -108,7 +108,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
         last = Some(tool);
     }
     if !cut.is_empty() {
-        let cells = quoted_cells(0, cut)?;
+        let cells = cut_cells(0, cut)?;
         // The last cell may lack letters.
         let own = cells.get(2).filter(|_| cells.len() > 3).map(str::to_owned);
         if let Some(tool) = own.or(last) {

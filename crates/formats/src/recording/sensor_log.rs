@@ -51,15 +51,15 @@ enum Scalar {
 /// Lines that are no samples, orientations of three angles, quaternions whose order nothing shows,
 /// no rows.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
-    let content = text(bytes)?;
+    let text = text(bytes)?;
     let mut samples = Vec::new();
-    let mut lines = (1..).zip(content.lines()).peekable();
+    let mut lines = (1..).zip(text.lines()).peekable();
     while let Some((line, content)) = lines.next() {
         match sample(line, content) {
             Some(sample) => samples.push(sample),
             None if content.trim().is_empty() || content.trim_start().starts_with('#') => {}
             // As a program that crashed leaves it.
-            None if lines.peek().is_none() => {}
+            None if lines.peek().is_none() && !text.ends_with('\n') => {}
             None => {
                 let expected = "a sample: Position: x y z Orientation: …";
                 return Err(FormatError::line(line, quoted(content), expected));
