@@ -45,12 +45,8 @@ pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
         let (seconds, slice) = settings.timing.measure(|| sample(points));
         let error = largest_difference_mm(&slice?, &reference);
         let row = bench.row(&format!("{points} x {points} points"));
-        bench.family.rows.push(
-            row.measured(points * points, seconds, error)
-                .default_if(up == down)
-                .step_of("slice, filled in between its points"),
-        );
-        bench.next()?;
+        let row = row.measured(points * points, seconds, error).default_if(up == down);
+        bench.add(row.step_of("slice, filled in between its points"))?;
     }
     Ok(())
 }

@@ -380,6 +380,16 @@ impl Family {
         Self { name, about, quantities: quantities.to_vec(), cases: Vec::new() }
     }
 
+    /// Adds a case with a single claim.
+    pub fn claim(
+        &mut self,
+        name: impl Into<String>,
+        claim: &'static str,
+        holds: impl Fn(&Methods) -> bool + Send + Sync + 'static,
+    ) {
+        self.cases.push(Case::new(name, move |m| Ok(vec![must(claim, holds(m))])));
+    }
+
     /// With a case for each input, by its name: all that `run` measures on it.
     pub fn with<I: Send + Sync + 'static>(
         mut self,

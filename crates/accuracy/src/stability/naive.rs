@@ -123,33 +123,22 @@ pub const MONOMIALS: Methods = Methods {
             |n: usize, k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
         // B_i = Σ_p C(n, i) C(n − i, p − i) (−1)^(p − i) x^p
         let factor = |i: usize, p: usize| {
-            if p < i {
-                return 0.0;
-            }
             let sign = if (p - i).is_multiple_of(2) { 1.0 } else { -1.0 };
             binomial(n - 1, i) * binomial(n - 1 - i, p - i) * sign
         };
-        let w = model.directions().weights(axis, model.weighting());
+        let basis =
+            |k: usize, i: usize| (i..n).map(|p| factor(i, p) * u[k].powi(p as i32)).sum::<f64>();
+        let [x, y, z] = [0, 1, 2].map(|k| (0..n).map(|i| basis(k, i)).collect::<Vec<_>>());
         let mut values = [0.0; 6];
-        for (value, k) in values.iter_mut().zip(0..6) {
-            let mut cube: Vec<f64> = (0..n * n * n)
-                .map(|i| {
-                    let own = w.directions.iter().zip(&w.weights);
-                    own.map(|(&d, w)| w * model.coefficients()[d * n * n * n + i][k]).sum()
-                })
-                .collect();
-            for _ in 0..3 {
-                let lines: Vec<&[f64]> = cube.chunks_exact(n).collect();
-                cube = (0..n * n * n)
-                    .map(|j| (0..n).map(|i| factor(i, j / (n * n)) * lines[j % (n * n)][i]).sum())
-                    .collect();
+        let w = model.directions().weights(axis, model.weighting());
+        for (&direction, weight) in w.directions.iter().zip(&w.weights) {
+            let own = &model.coefficients()[direction * n * n * n..][..n * n * n];
+            for (i, coefficient) in own.iter().enumerate() {
+                let product = weight * x[i / (n * n)] * y[i / n % n] * z[i % n];
+                for (value, c) in values.iter_mut().zip(coefficient) {
+                    *value += product * c;
+                }
             }
-            *value = (0..n * n * n)
-                .map(|i| {
-                    let powers = [i / (n * n), i / n % n, i % n];
-                    (0..3).fold(cube[i], |v, k| v * u[k].powi(powers[k] as i32))
-                })
-                .sum();
         }
         PoseError::of_values(values)
     },

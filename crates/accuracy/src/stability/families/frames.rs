@@ -201,7 +201,7 @@ fn rows(methods: &Methods, setup: &Setup) -> Found {
     };
     let pose = found.tracker_from_body;
     let rotation = pose.rotation.to_rotation_matrix();
-    let error = distance(rotation.matrix().transpose().as_slice(), &fitted.rotation.concat());
+    let error = distance(rotation.matrix().as_slice(), &fitted.rotation);
     rows.push(ROTATION.row(fitted.condition, error, 1.0));
     // 200 mm from the body's first sensor, where a needle's tip would be.
     let tip = setup.body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);

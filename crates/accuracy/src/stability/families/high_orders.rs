@@ -103,7 +103,7 @@ impl GridAxis {
         let matrix = HighMatrix::from_fn(nodes.len(), order + 1, |i, j| rows[i][j].clone());
         let s = singular_values(&matrix);
         Self {
-            inverse: least_squares(&matrix, &HighMatrix::identity(nodes.len())),
+            inverse: least_squares(&matrix, &HighMatrix::identity(nodes.len(), nodes.len())),
             matrix,
             condition: s[0] / s[s.len() - 1],
             largest: s[0],
@@ -112,15 +112,14 @@ impl GridAxis {
 
     /// A small matrix applied along each axis of a cube of numbers.
     fn each(&self, matrix: &HighMatrix, cube: &[High]) -> Vec<High> {
-        let (from, to) = (matrix.width(), matrix.rows());
-        let rows: Vec<Vec<High>> =
-            (0..to).map(|i| matrix.columns.iter().map(|c| c[i].clone()).collect()).collect();
+        let (to, from) = matrix.shape();
         // The last axis is worked on and becomes the first: three times brings all back.
         let mut now = cube.to_vec();
         for _ in 0..3 {
             let others = now.len() / from;
             let lines: Vec<&[High]> = now.chunks_exact(from).collect();
-            now = (0..to * others).map(|k| dot(&rows[k / others], lines[k % others])).collect();
+            let entry = |k| dot(&matrix.row(k / others), lines[k % others]);
+            now = (0..to * others).map(entry).collect();
         }
         now
     }

@@ -183,11 +183,11 @@ impl<'a> Equations<'a> {
     fn new(model: &'a DistortionModel, reading: &Pose) -> Self {
         let axis: Unit<Vector3<f64>> = reading.rotation * Vector3::z_axis();
         let first = trackwright_geometry::rotation::perpendicular(&axis).into_inner();
-        let turn = references::matrix(&references::quaternion(&reading.rotation));
+        let turn = matrix(&quaternion(&reading.rotation));
         Self {
             model,
             position: vector3(reading.translation.vector.into()),
-            axis: apply33(&turn, &vector3([0.0, 0.0, 1.0])),
+            axis: turn.column(2).into_owned(),
             tangents: [first, axis.cross(&first)],
         }
     }
@@ -197,15 +197,11 @@ impl<'a> Equations<'a> {
         let policy = OutsidePolicy::Clamp;
         let all = references::evaluate(self.model, &at.position, &at.axis, policy);
         let [x, y, z, rx, ry, rz] = all.into_iter().next()?.values;
-        let left = sub3(&add3(&at.position, &[x, y, z]), &self.position);
-        let turn = references::matrix(&references::exp(&[rx, ry, rz]));
-        let turned = apply33(&turn, &at.axis);
-        let [a, b] = self.tangents.map(|t| {
-            let t = vector3(t.into());
-            // The tangents are those of f64; the read axis has a little of them.
-            dot(&t, &turned) - dot(&t, &self.axis)
-        });
-        let [x, y, z] = left;
+        let [x, y, z] = (&at.position + High3::new(x, y, z) - &self.position).into();
+        let turned = matrix(&references::exp(&High3::new(rx, ry, rz))) * &at.axis;
+        // The tangents are those of f64; the read axis has a little of them.
+        let off = turned - &self.axis;
+        let [a, b] = self.tangents.map(|t| vector3(t.into()).dot(&off));
         Some([x, y, z, a, b])
     }
 
@@ -252,11 +248,10 @@ impl<'a> Equations<'a> {
             let left = self.remainder(&at)?;
             let left = Vector5::from(left.map(|x| x.to_f64()));
             let step = inverse * left;
-            at.position = sub3(&at.position, &vector3([step[0], step[1], step[2]]));
+            at.position -= vector3([step[0], step[1], step[2]]);
             let [first, second] = self.tangents.map(|t| vector3(t.into()));
-            let turn =
-                add3(&scale3(&first, &High::from(step[3])), &scale3(&second, &High::from(step[4])));
-            at.axis = unit3(&sub3(&at.axis, &turn));
+            let turn = first * High::from(step[3]) + second * High::from(step[4]);
+            at.axis = unit3(&(&at.axis - turn));
             if step.norm() < ARRIVED * scale {
                 return Some(at);
             }
