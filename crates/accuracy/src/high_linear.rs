@@ -4,6 +4,7 @@
 
 use super::high::{High, One, Zero};
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use rayon::prelude::*;
 use std::cmp::Ordering;
 
 /// Columns count as orthogonal below this part of their lengths: far below what any reference is
@@ -39,6 +40,16 @@ pub fn dot<'a>(
 /// Euclidean length.
 pub fn norm<'a>(a: impl IntoIterator<Item = &'a High>) -> High {
     a.into_iter().map(|a| a * a).sum::<High>().sqrt()
+}
+
+/// `Aᵀ (b − A x)` and the length of `b − A x`, of numbers that `f64` has.
+pub fn gradient(rows: &[Vec<f64>], b: impl Fn(usize) -> f64 + Sync, x: &[High]) -> (Vec<f64>, f64) {
+    let model = |row: &[f64]| row.iter().zip(x).map(|(&a, x)| x * a).sum::<High>();
+    let left = rows.par_iter().enumerate().map(|(i, row)| High::from(b(i)) - model(row));
+    let left: Vec<High> = left.collect();
+    let along = |j: usize| left.iter().zip(rows).map(|(left, row)| left * row[j]).sum::<High>();
+    let gradient = (0..x.len()).into_par_iter().map(|j| along(j).to_f64());
+    (gradient.collect(), norm(&left).to_f64())
 }
 
 /// Triangle and rotated right-hand sides of `[A | b]`, for at least as many rows as columns.

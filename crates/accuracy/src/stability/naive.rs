@@ -44,23 +44,18 @@ fn by_normal_equations(rows: &[Vec<f64>], values: &[[f64; 6]], rcond: f64, ridge
     let normal = a.transpose() * &a;
     let eigen = normal.symmetric_eigen();
     let largest = eigen.eigenvalues.max();
-    let rotated = eigen.eigenvectors.transpose() * (a.transpose() * &b);
-    let kept: Vec<bool> = eigen.eigenvalues.iter().map(|&l| l > rcond * rcond * largest).collect();
-    let x = DMatrix::from_fn(a.ncols(), 6, |i, k| {
-        (0..a.ncols())
-            .filter(|&j| kept[j])
-            .map(|j| {
-                let damped = eigen.eigenvalues[j] + ridge * ridge * largest;
-                eigen.eigenvectors[(i, j)] * rotated[(j, k)] / damped
-            })
-            .sum()
+    let is_kept = |l: &f64| *l > rcond * rcond * largest;
+    let kept: Vec<f64> = eigen.eigenvalues.iter().copied().filter(is_kept).collect();
+    let inverse = eigen.eigenvalues.map(|l| match is_kept(&l) {
+        true => 1.0 / (l + ridge * ridge * largest),
+        false => 0.0,
     });
-    let smallest = eigen.eigenvalues.iter().zip(&kept).filter(|(_, k)| **k);
-    let smallest = smallest.map(|(&l, _)| l).fold(f64::INFINITY, f64::min);
+    let v = &eigen.eigenvectors;
+    let x = v * DMatrix::from_diagonal(&inverse) * v.transpose() * (a.transpose() * b);
     Solution {
         unknowns: (0..a.ncols()).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
-        rank: kept.iter().filter(|k| **k).count(),
-        condition: (largest / smallest).sqrt(),
+        rank: kept.len(),
+        condition: (largest / kept.into_iter().fold(f64::INFINITY, f64::min)).sqrt(),
     }
 }
 
