@@ -1,6 +1,7 @@
 //! Where a design stands, and what is decided: equal to the single commands, kept in the design, and
 //! reported when it no longer holds.
 
+use super::verify::{keep_inside, record_input};
 use crate::support::data::{aurora_pairs, own, third_party};
 use crate::support::golden::{list, number};
 use crate::support::program::{Scratch, assert_has};
@@ -46,20 +47,14 @@ fn decide(scratch: &Scratch, line: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// What the study predicts for the worked input, as a recording of the built tool would state it, in the
-/// CRF's frame: `built.csv`.
+/// What the study predicts for the worked input inside the room's box, as a recording of the built tool would
+/// state it, in the CRF's frame: `built.csv`.
 fn record(scratch: &Scratch, design: &str) {
     let input = scratch.table("d/input.csv");
     let of_tool = input.without_first(input.columns.len() - 7);
-    scratch.write("tool.csv", of_tool.to_text());
-    scratch.succeed(format!("simulate {design} --mode input --input tool.csv --log log.csv"));
-    let mut log = scratch.table("log.csv");
-    // Only inside the room's box.
-    let outside = log.column("outside");
-    log.rows.retain(|row| row[outside] == "0");
-    assert!(log.rows.len() > 11, "{log:?}");
-    let table = log.to_text().replace("true_", "ideal_").replace("sim_", "measured_");
-    scratch.write("built.csv", table);
+    scratch.write("d/input.csv", of_tool.to_text());
+    record_input(scratch, design, "built.csv");
+    keep_inside(scratch, "built.csv");
 }
 
 #[test]
