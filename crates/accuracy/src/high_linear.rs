@@ -134,7 +134,7 @@ pub fn svd(matrix: &HighMatrix) -> HighSvd {
 
 /// Rotates columns `p` and `q` until they are orthogonal; whether that was needed.
 fn orthogonalise(w: &mut HighMatrix, v: &mut HighMatrix, p: usize, q: usize) -> bool {
-    let product = |p, q| dot(&w.column(p), &w.column(q));
+    let product = |p, q| dot(w.column(p), w.column(q));
     let (a, b, c) = (product(p, p), product(q, q), product(p, q));
     if c.is_zero() || c.abs() <= (&a * &b).sqrt() * ORTHOGONAL {
         return false;

@@ -103,7 +103,7 @@ impl Readings {
 
 /// `p ← p_m - e_pos(p, n)`, `n ← exp(-e_ori(p, n)) n_m`, from the reading itself: it converges
 /// where the field's slopes are below 1, by that factor a step. Here to be compared.
-fn fixed_point(model: &DistortionModel, measured: &[Pose], count: usize) -> Vec<Pose> {
+pub fn fixed_point(model: &DistortionModel, measured: &[Pose], count: usize) -> Vec<Pose> {
     measured
         .par_chunks(CHUNK)
         .map_init(Batch::default, |batch, chunk| {

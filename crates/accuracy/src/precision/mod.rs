@@ -21,6 +21,8 @@ mod testing;
 mod timing;
 mod uncertainty;
 
+#[cfg(test)]
+pub(crate) use inverse::fixed_point;
 pub use machine::Machine;
 pub use timing::Timing;
 
@@ -182,8 +184,6 @@ pub struct Settings {
     pub samples: usize,
     /// Highest order that is fitted and evaluated.
     pub max_order: usize,
-    /// Points along the longer side of a slice by default: the editor's.
-    pub slice_points: usize,
     /// Points along the side of the slice that others are held against.
     pub slice_reference: usize,
     /// Poses that the range of motion is held against.
@@ -203,7 +203,6 @@ impl Default for Settings {
             poses: 4096,
             samples: 4000,
             max_order: 6,
-            slice_points: 81,
             slice_reference: 641,
             motion_reference: 131_072,
             monte_carlo_samples: 1_000_000,

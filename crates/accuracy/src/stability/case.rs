@@ -25,7 +25,7 @@ use trackwright_simulation::linear_fit::{
     RotationNotDetermined, SensorCovariance, point_covariance_mm2,
 };
 use trackwright_simulation::tool_in_crf::{RelativeError, relative_error};
-use trackwright_simulation::{RigidBody, Statistics};
+use trackwright_simulation::{RigidBody, Sensor, Statistics};
 use trackwright_task::Task;
 
 /// How much of the battery runs.
@@ -201,6 +201,12 @@ impl Sequence {
         let size = bounds.size_mm();
         bounds.min_mm + Vector3::from_fn(|k, _| size[k] * self.unit())
     }
+}
+
+/// A body of these sensors whose tip is its origin.
+pub fn body_of(sensors: impl IntoIterator<Item = Sensor>) -> RigidBody {
+    let sensors = sensors.into_iter().collect();
+    RigidBody { name: "body".to_owned(), tip_in_body: None, sensors }
 }
 
 /// A cube with one corner somewhere.

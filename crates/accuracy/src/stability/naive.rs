@@ -1,7 +1,8 @@
 //! Textbook methods that lose digits: the battery has to find each of them out.
 
 use super::case::Methods;
-use nalgebra::{Complex, DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use crate::precision::fixed_point;
+use nalgebra::{Complex, DMatrix, Matrix3, Point3, Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::bernstein::products;
 use trackwright_field::evaluation::Matrix6x3;
@@ -10,7 +11,7 @@ use trackwright_field::inverse::InverseState;
 use trackwright_field::least_squares::Solution;
 use trackwright_field::samples::{PoseError, Sample};
 use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
-use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use trackwright_geometry::pose::{pose_from_parts, quaternion_from_matrix};
 use trackwright_geometry::rotation::AxisRotation;
 use trackwright_geometry::svd3::{Svd3, svd3};
 use trackwright_simulation::frame_fit::{FrameFit, FrameFitter};
@@ -162,20 +163,9 @@ pub const DIFFERENCES: Methods = Methods {
 
 /// `p ← p_m − e(p)` a few times, whatever the map is like.
 pub const FIXED_POINT: Methods = Methods {
-    undistort: |model, measured, outside| {
-        let undone = |reading: &Pose| {
-            let mut guess = *reading;
-            for _ in 0..4 {
-                let at = Point3::from(guess.translation.vector);
-                let e = model.evaluate(&at, &(guess.rotation * Vector3::z_axis()), outside);
-                guess = pose_from_parts(
-                    reading.translation.vector - e.error.position_mm,
-                    UnitQuaternion::from_scaled_axis(-e.error.rotation_rad) * reading.rotation,
-                );
-            }
-            (Some(guess), InverseState::Converged)
-        };
-        measured.iter().map(undone).collect()
+    undistort: |model, measured, _| {
+        let poses = fixed_point(model, measured, 4).into_iter();
+        poses.map(|pose| (Some(pose), InverseState::Converged)).collect()
     },
     ..Methods::OWN
 };

@@ -188,7 +188,7 @@ fn rows(methods: &Methods, problem: &Problem) -> Found {
 
 fn residual(fit: &Fit, reference: &Reference, a: &HighMatrix, b: &HighMatrix) -> Row {
     let left = a * &reference.x - b;
-    let exact = norm(&left.columns(0, 3)) / High::from(a.nrows() as f64).sqrt();
+    let exact = norm(left.columns(0, 3)) / High::from(a.nrows() as f64).sqrt();
     let coefficients = fit.model.coefficients().iter();
     let largest = coefficients.flat_map(|c| &c[..3]).fold(0.0, |m: f64, v| m.max(v.abs()));
     let error = (High::from(fit.after.position_rms_mm) - exact).abs().to_f64();

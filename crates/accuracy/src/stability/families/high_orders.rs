@@ -120,7 +120,7 @@ impl GridAxis {
         for _ in 0..3 {
             let others = now.len() / from;
             let lines: Vec<&[High]> = now.chunks_exact(from).collect();
-            let entry = |k| dot(&matrix.row(k / others), lines[k % others]);
+            let entry = |k| dot(matrix.row(k / others), lines[k % others]);
             now = (0..to * others).map(entry).collect();
         }
         now

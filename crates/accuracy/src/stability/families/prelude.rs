@@ -6,7 +6,7 @@ pub(super) use crate::high_linear::{
 };
 pub(super) use crate::references::{self, axis3, distance, matrix, point3, quaternion};
 pub(super) use crate::stability::case::{
-    Extent, Family, Found, Made, Methods, Quantity, Row, Sequence, cube, model, must,
+    Extent, Family, Found, Made, Methods, Quantity, Row, Sequence, body_of, cube, model, must,
 };
 pub(super) use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 pub(super) use trackwright_field::bernstein::{coefficient_count, products};

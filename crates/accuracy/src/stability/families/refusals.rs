@@ -242,8 +242,7 @@ fn frames(family: &mut Family) {
             })
             .collect();
         readings[2].position_mm.x = place;
-        let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors };
-        (m.frame)(&body, weight_mm, &readings, &Pose::identity()).tracker_from_body
+        (m.frame)(&body_of(sensors), weight_mm, &readings, &Pose::identity()).tracker_from_body
     };
     let is_nan = |pose: &Pose| pose.translation.vector.iter().any(|v| !v.is_finite());
     for (name, value) in NO_NUMBERS {
@@ -263,11 +262,7 @@ fn frames(family: &mut Family) {
     }
     family.claim("a frame from a reading turned by NaN", "the pose is not finite", move |m| {
         let nan = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(NAN, 0.0, 0.0, 0.0));
-        let body = RigidBody {
-            name: "body".to_owned(),
-            tip_in_body: None,
-            sensors: vec![Sensor::six_dof("", Point3::origin(), UnitQuaternion::identity())],
-        };
+        let body = body_of([Sensor::six_dof("", Point3::origin(), UnitQuaternion::identity())]);
         let reading = Reading { position_mm: Point3::origin(), rotation: nan };
         let pose = (m.frame)(&body, 100.0, &[reading], &Pose::identity()).tracker_from_body;
         pose.rotation.quaternion().w.is_nan()

@@ -79,14 +79,13 @@ fn not_determined(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
 /// Sensors along z, off that line by `aside_mm`.
 fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> RigidBody {
     let mut sequence = Sequence::new(61);
-    let sensors = (0..count).map(|i| {
+    body_of((0..count).map(|i| {
         let along = 25.0 * i as f64 / (count as f64 / 4.0);
         let aside = Vector3::new(sequence.signed(), sequence.signed(), 0.0) * aside_mm;
         let place = Vector3::new(0.0, 0.0, along) + aside + Vector3::repeat(offset_mm);
         let axis = sequence.axis();
         Sensor::five_dof("", place, if is_parallel { Vector3::z_axis() } else { axis })
-    });
-    RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
+    }))
 }
 
 fn covariance(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
