@@ -4,7 +4,7 @@
 use super::verify::{keep_inside, record_input};
 use crate::support::data::{aurora_pairs, own, third_party};
 use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, assert_has};
+use crate::support::program::{Scratch, assert_has, json_of};
 use crate::support::table::{POSE, Table};
 use serde_json::Value;
 use std::fs;
@@ -42,9 +42,7 @@ fn states(found: &Value) -> Vec<&str> {
 /// On a given day.
 fn decide(scratch: &Scratch, line: &str) -> Value {
     let mut command = scratch.command(&format!("{line} --format json"));
-    let output = command.env("SOURCE_DATE_EPOCH", "951782400").output().unwrap();
-    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    json_of(command.env("SOURCE_DATE_EPOCH", "951782400"))
 }
 
 /// What the study predicts for the worked input inside the room's box, as a recording of the built tool would

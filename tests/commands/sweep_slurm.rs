@@ -1,7 +1,7 @@
 //! A sweep on a Slurm cluster of this one machine: a job array, a task that is killed, what is missing again.
 
 use crate::support::golden::list;
-use crate::support::program::Scratch;
+use crate::support::program::{Scratch, json_of};
 use crate::support::wire::rest;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -57,9 +57,7 @@ impl Cluster {
     /// The program's JSON.
     fn json(&self, scratch: &Scratch, line: &str) -> Value {
         let mut command = scratch.command(&format!("{line} --format json"));
-        let output = command.env("SLURM_CONF", self.config()).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice(&output.stdout).unwrap()
+        json_of(command.env("SLURM_CONF", self.config()))
     }
 
     fn wait(&self, what: &str, mut is_so: impl FnMut(&str) -> bool) {
