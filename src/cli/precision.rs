@@ -35,7 +35,7 @@ pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
     output::make_folder(args.output.as_deref())?;
     let shown = Shown::new("measuring");
     let settings = if args.quick { Settings::quick() } else { Settings::default() };
-    let report = precision::run(&scenario, &settings, &shown.task)?;
+    let report = precision::run_each(&scenario, &settings, &shown.task, |_| ())?;
     drop(shown);
     if let Some(folder) = &args.output {
         write(files, &report, &design.name, folder)?;

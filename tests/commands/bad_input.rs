@@ -3,6 +3,7 @@
 
 use crate::support::data::own;
 use crate::support::program::{Scratch, assert_one_line};
+use crate::support::table::POSITIONS;
 use std::fs;
 
 const DESIGN: &str = "pointer-on-head.design.ron";
@@ -191,9 +192,8 @@ fn an_underdetermined_fit_warns() {
 #[test]
 fn settings_that_make_no_fit_are_refused() {
     let scratch = Scratch::new();
-    let positions = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
     scratch.copy_own("room-a/room-a-fit.csv", "room.csv");
-    scratch.write("p.csv", format!("{positions}\n0,0,0,1,0,0\n1,1,1,1,1,2\n"));
+    scratch.write("p.csv", format!("{POSITIONS}\n0,0,0,1,0,0\n1,1,1,1,1,2\n"));
     for (arguments, words) in [
         ("room.csv --order 2 --directions 13", &["expected 1, 6, 12, 14, 26 or 42"][..]),
         ("room.csv --order 13 --directions 1", &["expected 0 to 12"]),

@@ -3,7 +3,7 @@
 use crate::support::data::{own, third_party};
 use crate::support::golden::{count, list, number, numbers, point, vector};
 use crate::support::peers::python;
-use crate::support::program::{Scratch, text};
+use crate::support::program::{Scratch, json_of, text};
 use crate::support::table::{Table, points_table, poses_table};
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -61,10 +61,7 @@ fn read(scratch: &Scratch, reader: &str, file: &str, points: &[Point3<f64>]) -> 
 }
 
 fn run(command: &mut std::process::Command) -> Vec<Vec<f64>> {
-    let output = command.output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    serde_json::from_slice(&output.stdout).unwrap()
+    serde_json::from_value(json_of(command)).unwrap()
 }
 
 /// A point of the tracker frame in a file for 3D Slicer, or back.

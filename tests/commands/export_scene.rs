@@ -2,10 +2,9 @@
 
 use crate::support::golden::{list, number, point};
 use crate::support::peers::{node, python};
-use crate::support::program::Scratch;
+use crate::support::program::{Scratch, json_of};
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
-use std::process::Command;
 use trackwright_design::BodyRole;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::color::{linear, linear_from_srgb};
@@ -16,13 +15,6 @@ fn export(scratch: &Scratch, design: &str, more: &str) -> String {
     let file = scratch.arg(&format!("{design}{}.glb", more.replace(' ', "")));
     scratch.succeed_with(format!("export scene {design} -o {file} {more}"), &["errors × "]);
     file
-}
-
-fn json_of(command: &mut Command) -> Value {
-    let output = command.output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 /// Surfaces as trimesh reads them.

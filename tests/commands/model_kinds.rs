@@ -5,7 +5,7 @@ use crate::support::close::assert_close;
 use crate::support::data::own;
 use crate::support::golden::{list, number};
 use crate::support::program::{Scratch, assert_has};
-use crate::support::table::{POSE, measurement_columns};
+use crate::support::table::{POSE, POSITIONS, measurement_columns};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufWriter, Write};
@@ -125,9 +125,8 @@ fn contradicting_options_are_refused() {
     let scratch = Scratch::new();
     write_rows(&scratch, "few.csv", 3);
     write_rows(&scratch, "149.csv", 149);
-    let columns = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
     let rows = "0,0,-200,0,0,-201\n9,0,-200,9,1,-200\n";
-    scratch.write("positions.csv", format!("{columns}\n{rows}"));
+    scratch.write("positions.csv", format!("{POSITIONS}\n{rows}"));
     for (file, args, part) in [
         (ROOM, "--model harmonic", "found no --generator"),
         (ROOM, "--model kriging --order 2", "--order does not go with --model kriging"),
@@ -261,8 +260,7 @@ fn a_plain_fit_takes_the_best_kind_and_states_why() {
 fn what_is_only_noise_is_not_corrected() {
     let scratch = Scratch::new();
     let mut random = Random::new(5);
-    let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
-    let mut lines = vec![head.to_owned()];
+    let mut lines = vec![POSITIONS.to_owned()];
     for _ in 0..120 {
         let p = [0; 3].map(|_| random.range(-150.0, 150.0));
         let e = random.normal() * 0.8;

@@ -1,15 +1,16 @@
-//! `precision`: its table, its page, and what it refuses.
+//! `precision`: its table and its page.
 
 use crate::support::golden::number;
-use crate::support::program::{Scratch, json};
+use crate::support::program::Scratch;
+
+const FAMILIES: [&str; 7] =
+    ["field", "fit", "inverse", "uncertainty", "motion", "heatmap", "metal"];
 
 #[test]
-fn json_has_every_field_of_the_contract() {
-    let rows = json(&["precision", "--quick"]);
-    let rows = rows.as_array().unwrap();
-    for what in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap", "metal"] {
-        assert!(rows.iter().any(|r| r["what"] == what), "{what}");
-    }
+fn json_page_pictures_and_table_have_every_row() {
+    let scratch = Scratch::new();
+    let printed = scratch.json("precision --quick -o new/folder");
+    let rows = printed.as_array().unwrap();
     for row in rows {
         for count in ["order", "directions", "size"] {
             assert!(row[count].is_u64(), "{count}: {row}");
@@ -27,21 +28,17 @@ fn json_has_every_field_of_the_contract() {
     for row in scattered {
         assert!(number(&row["error"]) < 1e-12, "{row}");
     }
-}
-
-#[test]
-fn a_folder_receives_page_pictures_and_tables() {
-    let scratch = Scratch::new();
-    let words = ["scattered poses in the design's room"];
-    scratch.succeed_with("precision --quick -o new/folder", &words);
     let read = |name: &str| scratch.read(&format!("new/folder/{name}"));
     let page = read("precision.md");
-    for family in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap", "metal"] {
+    for family in FAMILIES {
+        assert!(rows.iter().any(|r| r["what"] == family), "{family}");
         let picture = format!("precision-{family}.svg");
         assert!(page.contains(&format!("({picture})")), "{picture}");
         assert!(read(&picture).contains("Pareto front"), "{picture}");
     }
-    let rows: serde_json::Value = serde_json::from_str(&read("precision.json")).unwrap();
-    let lines = read("precision.csv").lines().count();
-    assert_eq!(lines, rows.as_array().unwrap().len() + 1);
+    let written: serde_json::Value = serde_json::from_str(&read("precision.json")).unwrap();
+    assert_eq!(written, printed);
+    assert_eq!(read("precision.csv").lines().count(), rows.len() + 1);
+    let words = ["scattered poses in the design's room"];
+    scratch.succeed_with("precision --quick", &words);
 }

@@ -1,9 +1,10 @@
 //! Where a design stands, and what is decided: equal to the single commands, kept in the design, and
 //! reported when it no longer holds.
 
+use super::verify::{keep_inside, record_input};
 use crate::support::data::{aurora_pairs, own, third_party};
 use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, assert_has};
+use crate::support::program::{Scratch, assert_has, json_of};
 use crate::support::table::{POSE, Table};
 use serde_json::Value;
 use std::fs;
@@ -41,25 +42,17 @@ fn states(found: &Value) -> Vec<&str> {
 /// On a given day.
 fn decide(scratch: &Scratch, line: &str) -> Value {
     let mut command = scratch.command(&format!("{line} --format json"));
-    let output = command.env("SOURCE_DATE_EPOCH", "951782400").output().unwrap();
-    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    json_of(command.env("SOURCE_DATE_EPOCH", "951782400"))
 }
 
-/// What the study predicts for the worked input, as a recording of the built tool would state it, in the
-/// CRF's frame: `built.csv`.
+/// What the study predicts for the worked input inside the room's box, as a recording of the built tool would
+/// state it, in the CRF's frame: `built.csv`.
 fn record(scratch: &Scratch, design: &str) {
     let input = scratch.table("d/input.csv");
     let of_tool = input.without_first(input.columns.len() - 7);
-    scratch.write("tool.csv", of_tool.to_text());
-    scratch.succeed(format!("simulate {design} --mode input --input tool.csv --log log.csv"));
-    let mut log = scratch.table("log.csv");
-    // Only inside the room's box.
-    let outside = log.column("outside");
-    log.rows.retain(|row| row[outside] == "0");
-    assert!(log.rows.len() > 11, "{log:?}");
-    let table = log.to_text().replace("true_", "ideal_").replace("sim_", "measured_");
-    scratch.write("built.csv", table);
+    scratch.write("d/input.csv", of_tool.to_text());
+    record_input(scratch, design, "built.csv");
+    keep_inside(scratch, "built.csv");
 }
 
 #[test]

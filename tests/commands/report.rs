@@ -2,7 +2,7 @@
 
 use crate::support::golden::number;
 use crate::support::peers::python;
-use crate::support::program::Scratch;
+use crate::support::program::{Scratch, json_of};
 use serde_json::Value;
 use std::path::Path;
 use trackwright_report::page::{Extras, Report, ReportedStudy};
@@ -159,10 +159,7 @@ fn page_with_scene(name: &str, file: &Path) -> Vec<[String; 3]> {
 }
 
 fn browse(page: &Path, out: &Path, flags: &[&str]) -> Value {
-    let output = python("browser.py").args([page, out]).args(flags).output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {stderr}"))
+    json_of(python("browser.py").args([page, out]).args(flags))
 }
 
 #[test]

@@ -5,14 +5,11 @@ use crate::support::data::third_party;
 use crate::support::golden::{count, list, number};
 use crate::support::jhu_cis::import;
 use crate::support::program::{Scratch, assert_one_line, text};
-use crate::support::table::{POSE, Table};
+use crate::support::table::{POSE, POSITIONS, Table};
 use serde_json::Value;
 use std::fs;
 
 const ROOM: &str = "own:room-a/room-a-fit.csv";
-
-/// The columns of a table of positions alone.
-const POSITIONS: &str = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
 
 /// A position-only table of a polynomial of order 2, without noise.
 fn quadratic_table(rows: usize) -> Table {

@@ -2,7 +2,7 @@
 //! And names that a shell would obey, with an `sbatch` that runs the scripts at once.
 
 use crate::support::golden::list;
-use crate::support::program::{Scratch, assert_has};
+use crate::support::program::{Scratch, assert_has, json_of};
 use crate::support::wire::rest;
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -61,9 +61,7 @@ impl Cluster {
     /// The program's JSON.
     fn json(&self, scratch: &Scratch, line: &str) -> Value {
         let mut command = scratch.command(&format!("{line} --format json"));
-        let output = command.env("SLURM_CONF", self.config()).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice(&output.stdout).unwrap()
+        json_of(command.env("SLURM_CONF", self.config()))
     }
 
     fn wait(&self, what: &str, mut is_so: impl FnMut(&str) -> bool) {

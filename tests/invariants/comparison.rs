@@ -2,7 +2,7 @@
 //! might as well not be.
 
 use super::support::{bounds, exact, fitted, model, noisy, places, unlike};
-use crate::support::studies::{body, cancelled, five, on_threads, room, steps, study};
+use crate::support::studies::{body, cancelled, five, on_threads, room, steps, study, tool_alone};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardUniform};
 use std::sync::Arc;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -53,21 +53,11 @@ fn measured_room(truth: &DistortionModel, seed: u64) -> Arc<Environment> {
 }
 
 fn scenario(tool: RigidBody, environment: &Arc<Environment>) -> Scenario {
+    let (shift, lift, turn) = (steps(40.0, 2.0), steps(30.0, 2.0), steps(20.0, 2.0));
+    let motion = Motion { x: shift, z: lift, rx: turn, ry: turn, ..Motion::default() };
     Scenario {
-        environment: Arc::clone(environment),
-        tool,
-        crf: None,
-        crf_from_tool: Pose::translation(5.0, -8.0, -290.0),
-        motion: Some(Motion {
-            x: steps(40.0, 2.0),
-            z: steps(30.0, 2.0),
-            rx: steps(20.0, 2.0),
-            ry: steps(20.0, 2.0),
-            ..Motion::default()
-        }),
-        orientation_weight_mm: 100.0,
-        requirement: None,
-        outside: OutsidePolicy::Clamp,
+        motion: Some(motion),
+        ..tool_alone(Arc::clone(environment), tool, Pose::translation(5.0, -8.0, -290.0))
     }
 }
 

@@ -161,13 +161,8 @@ fn all_tables() -> Vec<Table> {
     [repository_tables(), course_tables(), real_tables()].concat()
 }
 
-struct Mistake {
-    name: &'static str,
-    /// Whether it is about quaternions, which a table of positions has none of.
-    is_of_rotations: bool,
-    make: fn(&[Measurement]) -> Vec<Measurement>,
-    is_it: fn(&Suspicion) -> bool,
-}
+/// Its name, how it is made, and which suspicion is of it.
+type Mistake = (&'static str, fn(&[Measurement]) -> Vec<Measurement>, fn(&Suspicion) -> bool);
 
 fn both(rows: &[Measurement], change: impl Fn(&Pose) -> Pose) -> Vec<Measurement> {
     let ideal =
@@ -237,113 +232,97 @@ fn is_frame(suspicion: &Suspicion) -> bool {
     )
 }
 
-fn mistakes() -> Vec<Mistake> {
-    let mistake =
-        |name, is_of_rotations, make, is_it| Mistake { name, is_of_rotations, make, is_it };
-    vec![
-        mistake(
-            "metres",
-            false,
-            |rows| both(rows, |p| scaled(p, 1e-3)),
-            |s| matches!(s, Suspicion::Metres { .. }) && s.is_beyond_doubt(),
-        ),
-        mistake(
-            "measured in metres",
-            false,
-            |rows| measured(rows, |p| scaled(p, 1e-3)),
-            |s| matches!(s, Suspicion::Scale { .. }) && s.is_beyond_doubt(),
-        ),
-        mistake(
-            "inches",
-            false,
-            |rows| both(rows, |p| scaled(p, 1.0 / 25.4)),
-            |s| matches!(s, Suspicion::InchesOrCentimetres { .. }),
-        ),
-        mistake(
-            "measured in inches",
-            false,
-            |rows| measured(rows, |p| scaled(p, 1.0 / 25.4)),
-            |s| matches!(s, Suspicion::Scale { .. }) && s.is_beyond_doubt(),
-        ),
-        mistake(
-            "measured in degrees",
-            true,
-            |rows| measured(rows, in_degrees),
-            |s| matches!(s, Suspicion::Orientations { .. }),
-        ),
-        mistake(
-            "mirrored in z",
-            false,
-            |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.x, p.y, -p.z))),
-            |s| is_frame(s) && s.is_beyond_doubt(),
-        ),
-        mistake(
-            "left-handed",
-            false,
-            |rows| {
-                measured(rows, |p| {
-                    let p = placed(p, |p| Vector3::new(p.x, p.y, -p.z));
-                    numbers(&p, |[w, x, y, z]| [w, -x, -y, z])
-                })
-            },
-            |s| is_frame(s) && s.is_beyond_doubt(),
-        ),
-        mistake(
-            "x and y swapped",
-            false,
-            |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.y, p.x, p.z))),
-            is_frame,
-        ),
-        mistake(
-            "in another frame",
-            false,
-            |rows| measured(rows, moved),
-            |s| matches!(s, Suspicion::OtherFrame { .. }) && s.is_beyond_doubt(),
-        ),
-        mistake(
-            "measured a row late",
-            false,
-            |rows| late(rows, 0, 1),
-            |s| matches!(s, Suspicion::RowShift { rows: -1, .. }),
-        ),
-        mistake(
-            "measured a row early",
-            false,
-            |rows| late(rows, 1, 0),
-            |s| matches!(s, Suspicion::RowShift { rows: 1, .. }),
-        ),
-        mistake(
-            "measured xyzw",
-            true,
-            |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-            |s| matches!(s, Suspicion::Quaternions { .. }),
-        ),
-        mistake(
-            "xyzw",
-            true,
-            |rows| both(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-            |s| matches!(s, Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }),
-        ),
-        mistake(
-            "measured inverted, as by another hand",
-            true,
-            |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [w, -x, -y, -z])),
-            |s| matches!(s, Suspicion::Quaternions { .. }),
-        ),
-        mistake(
-            "outliers of 1e6 mm",
-            false,
-            |rows| outliers(rows, 1e6 + 1e3),
-            |s| matches!(s, Suspicion::TooFar { .. }),
-        ),
-        mistake(
-            "outliers of 300 mm",
-            false,
-            |rows| outliers(rows, 300.0),
-            |s| matches!(s, Suspicion::Outliers { .. }),
-        ),
-    ]
-}
+const MISTAKES: [Mistake; 12] = [
+    (
+        "metres",
+        |rows| both(rows, |p| scaled(p, 1e-3)),
+        |s| matches!(s, Suspicion::Metres { .. }) && s.is_beyond_doubt(),
+    ),
+    (
+        "measured in metres",
+        |rows| measured(rows, |p| scaled(p, 1e-3)),
+        |s| matches!(s, Suspicion::Scale { .. }) && s.is_beyond_doubt(),
+    ),
+    (
+        "inches",
+        |rows| both(rows, |p| scaled(p, 1.0 / 25.4)),
+        |s| matches!(s, Suspicion::InchesOrCentimetres { .. }),
+    ),
+    (
+        "measured in inches",
+        |rows| measured(rows, |p| scaled(p, 1.0 / 25.4)),
+        |s| matches!(s, Suspicion::Scale { .. }) && s.is_beyond_doubt(),
+    ),
+    (
+        "mirrored in z",
+        |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.x, p.y, -p.z))),
+        |s| is_frame(s) && s.is_beyond_doubt(),
+    ),
+    (
+        "left-handed",
+        |rows| {
+            measured(rows, |p| {
+                let p = placed(p, |p| Vector3::new(p.x, p.y, -p.z));
+                numbers(&p, |[w, x, y, z]| [w, -x, -y, z])
+            })
+        },
+        |s| is_frame(s) && s.is_beyond_doubt(),
+    ),
+    (
+        "x and y swapped",
+        |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.y, p.x, p.z))),
+        is_frame,
+    ),
+    (
+        "in another frame",
+        |rows| measured(rows, moved),
+        |s| matches!(s, Suspicion::OtherFrame { .. }) && s.is_beyond_doubt(),
+    ),
+    (
+        "measured a row late",
+        |rows| late(rows, 0, 1),
+        |s| matches!(s, Suspicion::RowShift { rows: -1, .. }),
+    ),
+    (
+        "measured a row early",
+        |rows| late(rows, 1, 0),
+        |s| matches!(s, Suspicion::RowShift { rows: 1, .. }),
+    ),
+    (
+        "outliers of 1e6 mm",
+        |rows| outliers(rows, 1e6 + 1e3),
+        |s| matches!(s, Suspicion::TooFar { .. }),
+    ),
+    (
+        "outliers of 300 mm",
+        |rows| outliers(rows, 300.0),
+        |s| matches!(s, Suspicion::Outliers { .. }),
+    ),
+];
+
+/// Of quaternions, which a table of positions has none of.
+const MISTAKES_OF_ROTATIONS: [Mistake; 4] = [
+    (
+        "measured in degrees",
+        |rows| measured(rows, in_degrees),
+        |s| matches!(s, Suspicion::Orientations { .. }),
+    ),
+    (
+        "measured xyzw",
+        |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
+        |s| matches!(s, Suspicion::Quaternions { .. }),
+    ),
+    (
+        "xyzw",
+        |rows| both(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
+        |s| matches!(s, Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }),
+    ),
+    (
+        "measured inverted, as by another hand",
+        |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [w, -x, -y, -z])),
+        |s| matches!(s, Suspicion::Quaternions { .. }),
+    ),
+];
 
 fn suspicions(rows: &[Measurement], content: MeasurementContent) -> Vec<Suspicion> {
     PairedDoubts::of(rows, content, PoseFrame::Tracker)
@@ -359,22 +338,23 @@ fn every_mistake_is_seen_in_every_table() {
         for suspicion in suspicions(&set.measurements, set.content) {
             problems.push(format!("{name}, which is good: {suspicion}"));
         }
-        for mistake in mistakes() {
-            if mistake.is_of_rotations && set.content == MeasurementContent::PositionOnly {
-                continue;
-            }
+        let of_rotations = match set.content {
+            MeasurementContent::PositionOnly => &[][..],
+            _ => &MISTAKES_OF_ROTATIONS[..],
+        };
+        for (mistake, make, is_it) in MISTAKES.iter().chain(of_rotations) {
             tried += 1;
-            let found = suspicions(&(mistake.make)(&set.measurements), set.content);
-            if !found.iter().any(mistake.is_it) {
+            let found = suspicions(&make(&set.measurements), set.content);
+            if !found.iter().any(is_it) {
                 let doubts: Vec<_> = found.iter().map(ToString::to_string).collect();
-                problems.push(format!("{name}, {}: {doubts:?}", mistake.name));
+                problems.push(format!("{name}, {mistake}: {doubts:?}"));
             }
         }
     }
     eprintln!(
         "{} tables, {} mistakes, {tried} of them made: {} missed or false",
         tables.len(),
-        mistakes().len(),
+        MISTAKES.len() + MISTAKES_OF_ROTATIONS.len(),
         problems.len()
     );
     assert!(problems.is_empty(), "{}", problems.join("\n"));

@@ -83,15 +83,7 @@ fn assert_scatters_alike(settings: &FitSettings) {
         .map(|model| {
             let less = model.coefficients().iter().zip(first.model.coefficients());
             let less = less.map(|(a, b)| std::array::from_fn(|k| a[k] - b[k]));
-            DistortionModel::new(
-                model.order(),
-                model.directions(),
-                model.weighting(),
-                model.map(),
-                bounds(),
-                less.collect(),
-            )
-            .unwrap()
+            model.with_coefficients(model.order(), bounds(), less.collect()).unwrap()
         })
         .collect();
     let mut ratios = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::connections::{anywhere, joined, patient};
 use crate::support::live_load::tracker;
-use crate::support::live_program::{Live, address_in};
+use crate::support::live_program::{Live, address_in, lines_of};
 use crate::support::peers::{openigtlink, python};
 use crate::support::program::Scratch;
 use crate::support::wire::{Events, events, free_address, numbered, rest, until};
@@ -64,15 +64,7 @@ fn send_until<R>(
     interval: Duration,
     mut pick: impl FnMut(&str) -> Option<R>,
 ) -> R {
-    let stderr = peer.0.stderr.take().unwrap();
-    let (sender, lines) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-            if sender.send(line).is_err() {
-                return;
-            }
-        }
-    });
+    let lines = lines_of(peer.0.stderr.take().unwrap());
     let mut printed = String::new();
     let started = Instant::now();
     for number in (1000..).take_while(|_| started.elapsed() < Duration::from_secs(60)) {

@@ -28,8 +28,8 @@ use trackwright_simulation::expected::{expected, shrinking};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::metric::values_of_errors;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Figure, Figures, METRICS, Metric, MetricValues, Mode, Motion,
-    RigidBody, Scenario, ScenarioCrf, Summary, trial_count, trial_pose,
+    CancelToken, Figure, Figures, METRICS, Metric, MetricValues, Mode, Motion, RigidBody, Scenario,
+    ScenarioCrf, Summary, trial_count, trial_pose,
 };
 use trackwright_task::Task;
 
@@ -112,15 +112,8 @@ fn environment(samples: &SampleSet) -> Arc<Environment> {
 
 /// Three steps along each axis and of two turns.
 fn motion() -> Motion {
-    let around = |half: f64| Some(AxisRange { min: -half, max: half, step: half });
-    Motion {
-        x: around(25.0),
-        y: around(25.0),
-        z: around(25.0),
-        rx: around(28.0),
-        ry: around(28.0),
-        rz: None,
-    }
+    let (shift, turn) = (studies::steps(25.0, 2.0), studies::steps(28.0, 2.0));
+    Motion { x: shift, y: shift, z: shift, rx: turn, ry: turn, rz: None }
 }
 
 /// Poses that a scenario's study visits.
@@ -143,15 +136,12 @@ fn scenario(
         false => Pose::identity(),
     };
     let crf = has_crf.then(|| ScenarioCrf { body: crf(), tracker_from_crf });
+    let at = tracker_from_crf.inverse() * pose_from_parts(center, base);
     let scenario = Scenario {
-        environment: Arc::clone(environment),
-        tool,
         crf,
-        crf_from_tool: tracker_from_crf.inverse() * pose_from_parts(center, base),
         motion: Some(motion()),
         orientation_weight_mm: WEIGHT_MM,
-        requirement: None,
-        outside: OutsidePolicy::Clamp,
+        ..studies::tool_alone(Arc::clone(environment), tool, at)
     };
     let places = |body: &RigidBody, pose: &Pose| -> Vec<Vector3<f64>> {
         let each = body.sensors.iter();

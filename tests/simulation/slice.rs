@@ -1,8 +1,9 @@
 //! Slices against closed forms, finite differences and the study's own trial.
 
-use crate::support::studies::{body, built_in, cancelled, on_threads, one_direction, room};
+use crate::support::studies::{
+    body, built_in, cancelled, on_threads, one_direction, room, tool_alone,
+};
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
-use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::Pose;
@@ -17,16 +18,8 @@ use trackwright_task::CancelToken;
 fn sloping_room() -> Scenario {
     let coefficients =
         (0..8).map(|i| f64::from(i / 4)).map(|x| [x, 0.0, 0.0, 0.0, 0.01 * x, 0.0]).collect();
-    Scenario {
-        environment: Arc::new(room(one_direction(1, unit_cube(), coefficients))),
-        tool: body(Vec::new(), None),
-        crf: None,
-        crf_from_tool: Pose::identity(),
-        motion: None,
-        orientation_weight_mm: 100.0,
-        requirement: None,
-        outside: OutsidePolicy::Clamp,
-    }
+    let room = room(one_direction(1, unit_cube(), coefficients));
+    tool_alone(room, body(Vec::new(), None), Pose::identity())
 }
 
 /// 100 mm wide.

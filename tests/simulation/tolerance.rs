@@ -2,13 +2,12 @@
 //! out anew, and what has none.
 
 use crate::support::studies::{
-    body, built_in, five, in_polynomial_room, marker, on_threads, room, sensor,
+    body, built_in, five, in_polynomial_room, marker, on_threads, room, sensor, steps, tool_alone,
 };
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitSphere};
-use std::sync::Arc;
 use trackwright_field::samples::{MapKind, PoseError};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -39,19 +38,9 @@ fn six(position: [f64; 3]) -> Sensor {
 
 /// A tool with its tip in the origin, in a room without distortion.
 fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
-    Scenario {
-        environment: Arc::new(room(DistortionModel::zero(
-            Volume::AuroraCube.bounds(),
-            MapKind::Distortion,
-        ))),
-        tool: body(sensors, Some([0.0; 3])),
-        crf: None,
-        crf_from_tool: Pose::translation(0.0, 0.0, -300.0),
-        motion: None,
-        orientation_weight_mm: 100.0,
-        requirement: Some(requirement),
-        outside: OutsidePolicy::Clamp,
-    }
+    let model = DistortionModel::zero(Volume::AuroraCube.bounds(), MapKind::Distortion);
+    let (tool, at) = (body(sensors, Some([0.0; 3])), Pose::translation(0.0, 0.0, -300.0));
+    Scenario { requirement: Some(requirement), ..tool_alone(room(model), tool, at) }
 }
 
 fn at_most_mm(position_max_mm: f64) -> Requirement {
@@ -59,7 +48,7 @@ fn at_most_mm(position_max_mm: f64) -> Requirement {
 }
 
 fn turning(degrees: f64) -> Option<Motion> {
-    let range = Some(AxisRange { min: -degrees, max: degrees, step: degrees });
+    let range = steps(degrees, 2.0);
     Some(Motion { x: range, rx: range, ry: range, ..Motion::default() })
 }
 

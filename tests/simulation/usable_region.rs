@@ -2,6 +2,7 @@
 
 use crate::support::studies::{
     body, built_in, cancelled, in_polynomial_room, on_threads, one_direction, room, sensor, study,
+    tool_alone,
 };
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -33,18 +34,11 @@ fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
         min_mm: bounds.min_mm + Vector3::repeat(30.0),
         max_mm: bounds.max_mm - Vector3::repeat(30.0),
     };
+    let room = Environment { volume: Some(Volume::Box(inner)), ..room(model) };
+    let sensor = sensor(ARM_MM, SensorOrientation::SixDof(UnitQuaternion::identity()));
     Scenario {
-        environment: Arc::new(Environment { volume: Some(Volume::Box(inner)), ..room(model) }),
-        tool: body(
-            vec![sensor(ARM_MM, SensorOrientation::SixDof(UnitQuaternion::identity()))],
-            None,
-        ),
-        crf: None,
-        crf_from_tool: Pose::identity(),
-        motion: None,
-        orientation_weight_mm: 100.0,
         requirement: Some(Requirement::at_most([(Metric::TIP_RMS, limit_mm)])),
-        outside: OutsidePolicy::Clamp,
+        ..tool_alone(room, body(vec![sensor], None), Pose::identity())
     }
 }
 

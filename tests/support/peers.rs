@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "the files and messages that need it come one after the other")]
 
+use super::program::json_of;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,9 +36,7 @@ pub fn python(script: &str) -> Command {
 /// `duckdb`.
 #[track_caller]
 pub fn read_sweep(path: &Path, with: &str) -> Value {
-    let output = python("read_sweep.py").arg(path).arg(with).output().unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr);
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{with}: {e}: {errors}"))
+    json_of(python("read_sweep.py").arg(path).arg(with))
 }
 
 /// The rows of a sweep.

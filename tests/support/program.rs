@@ -23,14 +23,21 @@ pub fn trackwright(args: &[&str]) -> Command {
 /// Runs and returns standard output; panics with standard error where it fails.
 #[track_caller]
 pub fn succeed(args: &[&str]) -> String {
-    String::from_utf8(good(trackwright(args)).stdout).unwrap()
+    String::from_utf8(good(&mut trackwright(args)).stdout).unwrap()
 }
 
 /// Runs with `--format json` and gives what was printed.
 #[track_caller]
 pub fn json(args: &[&str]) -> Value {
-    let text = succeed(&[args, &["--format", "json"]].concat());
-    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"))
+    json_of(&mut trackwright(&[args, &["--format", "json"]].concat()))
+}
+
+/// What a program that ends well prints as JSON.
+#[track_caller]
+pub fn json_of(command: &mut Command) -> Value {
+    let Output { stdout, stderr, .. } = good(command);
+    let texts = || [stdout.as_slice(), &stderr].map(String::from_utf8_lossy);
+    serde_json::from_slice(&stdout).unwrap_or_else(|e| panic!("{e}: {:?}", texts()))
 }
 
 /// Runs what has to fail with exit status 2, and gives the one error it prints.
@@ -100,7 +107,7 @@ pub fn processor_seconds(pid: u32) -> f64 {
 
 /// The output of a program that ends well; panics with its standard error where it does not.
 #[track_caller]
-fn good(mut command: Command) -> Output {
+fn good(command: &mut Command) -> Output {
     let output = command.output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{command:?} ended with {}: {stderr}", output.status);
@@ -202,7 +209,7 @@ impl Scratch {
     /// Standard output and standard error of a line that ends well.
     #[track_caller]
     pub fn both(&self, line: impl AsRef<str>) -> (String, String) {
-        let Output { stdout, stderr, .. } = good(self.command(line.as_ref()));
+        let Output { stdout, stderr, .. } = good(&mut self.command(line.as_ref()));
         (String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
     }
 

@@ -8,9 +8,10 @@ use trackwright_field::fit::FitSettings;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, Environment};
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{DEFAULT_BUILTIN, Files};
 use trackwright_simulation::{
@@ -45,6 +46,24 @@ pub fn marker(position: [f64; 3]) -> Sensor {
 
 pub fn body(sensors: Vec<Sensor>, tip: Option<[f64; 3]>) -> RigidBody {
     RigidBody { name: "body".into(), tip_in_body: tip.map(Into::into), sensors }
+}
+
+/// A tool by itself, at rest in a room.
+pub fn tool_alone(
+    room: impl Into<Arc<Environment>>,
+    tool: RigidBody,
+    tracker_from_tool: Pose,
+) -> Scenario {
+    Scenario {
+        environment: room.into(),
+        tool,
+        crf: None,
+        crf_from_tool: tracker_from_tool,
+        motion: None,
+        orientation_weight_mm: 100.0,
+        requirement: None,
+        outside: OutsidePolicy::Clamp,
+    }
 }
 
 /// From `-reach` to `reach` in so many steps.

@@ -7,6 +7,9 @@ use trackwright_geometry::pose::{Pose, pose_to_array};
 /// The columns of a table of poses.
 pub const POSE: &str = "x,y,z,qw,qx,qy,qz";
 
+/// The columns of a table of measured positions alone.
+pub const POSITIONS: &str = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
+
 /// The columns of a table of measurements.
 pub fn measurement_columns() -> String {
     let of = |side: &str| POSE.split(',').map(|name| format!("{side}_{name}")).collect::<Vec<_>>();

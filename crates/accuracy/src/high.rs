@@ -2,10 +2,11 @@
 //! the same formula in these.
 
 use astro_float_num::{BigFloat, Consts, RoundingMode, Sign};
+pub use rand_distr::num_traits::{One, Zero};
+use std::borrow::Cow;
 use std::cell::RefCell;
-use std::cmp::Ordering;
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// Bits of a number: three machine words. A reference may lose 90 of them to cancellation and
 /// still be more than 100 bits good.
@@ -18,30 +19,12 @@ thread_local! {
     static CONSTANTS: RefCell<Option<Consts>> = RefCell::new(Consts::new().ok());
 }
 
-/// A number of [`BITS`] bits.
-///
-/// ```
-/// use trackwright_accuracy::high::High;
-/// let third = High::one() / 3.0;
-/// assert!((third * 3.0 - 1.0).abs().to_f64() < 1e-57);
-/// assert_eq!((High::from(1e-30) + 1.0 - 1.0).to_f64(), 1e-30);
-/// ```
-///
-/// Not-a-number and infinities behave as those of `f64`.
-#[derive(Clone, Debug)]
+/// A number of [`BITS`] bits. Not-a-number and infinities behave as those of `f64`. The vectors and
+/// matrices of `nalgebra` hold it.
+#[derive(Clone, Debug, PartialEq, PartialOrd)]
 pub struct High(BigFloat);
 
 impl High {
-    /// 0.
-    pub fn zero() -> Self {
-        Self::from(0.0)
-    }
-
-    /// 1.
-    pub fn one() -> Self {
-        Self::from(1.0)
-    }
-
     /// π.
     pub fn pi() -> Self {
         with_constants(|c| c.pi(BITS, ROUNDING))
@@ -71,11 +54,6 @@ impl High {
             Sign::Pos => magnitude,
             Sign::Neg => -magnitude,
         }
-    }
-
-    /// Whether it is exactly zero.
-    pub fn is_zero(&self) -> bool {
-        self.0.is_zero()
     }
 
     /// Whether it is below zero.
@@ -151,18 +129,6 @@ impl From<f64> for High {
     }
 }
 
-impl PartialEq for High {
-    fn eq(&self, other: &Self) -> bool {
-        self.0 == other.0
-    }
-}
-
-impl PartialOrd for High {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.0.partial_cmp(&other.0)
-    }
-}
-
 impl Neg for High {
     type Output = High;
     fn neg(self) -> High {
@@ -177,68 +143,69 @@ impl Neg for &High {
     }
 }
 
-/// All the ways of writing one operation: values, references, and an `f64` on the right.
+/// What stands on the right of an operation.
+pub trait Operand {
+    fn high(&self) -> Cow<'_, High>;
+}
+
+impl Operand for High {
+    fn high(&self) -> Cow<'_, High> {
+        Cow::Borrowed(self)
+    }
+}
+
+impl Operand for &High {
+    fn high(&self) -> Cow<'_, High> {
+        Cow::Borrowed(self)
+    }
+}
+
+impl Operand for f64 {
+    fn high(&self) -> Cow<'_, High> {
+        Cow::Owned(High::from(*self))
+    }
+}
+
 macro_rules! operation {
-    ($trait:ident, $name:ident) => {
-        impl $trait<&High> for &High {
+    ($trait:ident, $name:ident, $assign_trait:ident, $assign:ident) => {
+        impl<T: Operand> $trait<T> for &High {
             type Output = High;
-            fn $name(self, other: &High) -> High {
-                High(self.0.$name(&other.0, BITS, ROUNDING))
+            fn $name(self, other: T) -> High {
+                High(self.0.$name(&other.high().0, BITS, ROUNDING))
             }
         }
-        impl $trait<High> for High {
+        impl<T: Operand> $trait<T> for High {
             type Output = High;
-            fn $name(self, other: High) -> High {
-                (&self).$name(&other)
-            }
-        }
-        impl $trait<&High> for High {
-            type Output = High;
-            fn $name(self, other: &High) -> High {
+            fn $name(self, other: T) -> High {
                 (&self).$name(other)
             }
         }
-        impl $trait<High> for &High {
-            type Output = High;
-            fn $name(self, other: High) -> High {
-                self.$name(&other)
-            }
-        }
-        impl $trait<f64> for High {
-            type Output = High;
-            fn $name(self, other: f64) -> High {
-                (&self).$name(&High::from(other))
-            }
-        }
-        impl $trait<f64> for &High {
-            type Output = High;
-            fn $name(self, other: f64) -> High {
-                self.$name(&High::from(other))
+        impl<T: Operand> $assign_trait<T> for High {
+            fn $assign(&mut self, other: T) {
+                *self = (&*self).$name(other);
             }
         }
     };
 }
 
-operation!(Add, add);
-operation!(Sub, sub);
-operation!(Mul, mul);
-operation!(Div, div);
+operation!(Add, add, AddAssign, add_assign);
+operation!(Sub, sub, SubAssign, sub_assign);
+operation!(Mul, mul, MulAssign, mul_assign);
+operation!(Div, div, DivAssign, div_assign);
 
-impl AddAssign<&High> for High {
-    fn add_assign(&mut self, other: &High) {
-        *self = &*self + other;
+impl Zero for High {
+    fn zero() -> Self {
+        Self::from(0.0)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.0.is_zero()
     }
 }
 
-impl AddAssign<High> for High {
-    fn add_assign(&mut self, other: High) {
-        *self += &other;
-    }
-}
-
-impl SubAssign<High> for High {
-    fn sub_assign(&mut self, other: High) {
-        *self = &*self - &other;
+impl One for High {
+    fn one() -> Self {
+        Self::from(1.0)
     }
 }
 

@@ -2,7 +2,10 @@
 //!
 //! Nothing here is fast. A system of 216 unknowns takes seconds.
 
-use super::high::High;
+use super::high::{High, One, Zero};
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use rayon::prelude::*;
+use std::cmp::Ordering;
 
 /// Columns count as orthogonal below this part of their lengths: far below what any reference is
 /// compared to, and above the round-off of 192 bits.
@@ -11,78 +14,42 @@ const ORTHOGONAL: f64 = 1e-50;
 /// One-sided Jacobi converges quadratically; graded matrices need about ten sweeps to 1e-50.
 const MAX_SWEEPS: usize = 60;
 
-/// A dense matrix, column after column.
-#[derive(Clone, Debug)]
-pub struct HighMatrix {
-    pub columns: Vec<Vec<High>>,
-    rows: usize,
-}
+/// A dense matrix.
+pub type HighMatrix = DMatrix<High>;
 
-impl HighMatrix {
-    /// A matrix by its entries.
-    pub fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> High) -> Self {
-        Self {
-            columns: (0..columns).map(|j| (0..rows).map(|i| entry(i, j)).collect()).collect(),
-            rows,
-        }
-    }
+/// A vector of three.
+pub type High3 = Vector3<High>;
 
-    /// The identity of a size.
-    pub fn identity(n: usize) -> Self {
-        Self::from_fn(n, n, |i, j| if i == j { High::one() } else { High::zero() })
-    }
+/// A matrix of three by three.
+pub type High33 = Matrix3<High>;
 
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Number of columns.
-    pub fn width(&self) -> usize {
-        self.columns.len()
-    }
-
-    /// An entry.
-    pub fn at(&self, row: usize, column: usize) -> &High {
-        &self.columns[column][row]
-    }
-
-    /// The transpose.
-    pub fn transposed(&self) -> Self {
-        Self::from_fn(self.width(), self.rows, |i, j| self.at(j, i).clone())
-    }
-
-    /// The product with a matrix on the right.
-    pub fn times(&self, other: &Self) -> Self {
-        Self::from_fn(self.rows, other.width(), |i, j| {
-            self.columns
-                .iter()
-                .zip(&other.columns[j])
-                .map(|(column, factor)| &column[i] * factor)
-                .sum()
-        })
-    }
-
-    /// The difference.
-    pub fn minus(&self, other: &Self) -> Self {
-        Self::from_fn(self.rows, self.width(), |i, j| self.at(i, j) - other.at(i, j))
-    }
-
-    /// The nearest `f64` matrix: its singular values are good to as many digits as anyone reads of
-    /// a condition number.
-    pub fn to_f64(&self) -> faer::Mat<f64> {
-        faer::Mat::from_fn(self.rows, self.width(), |i, j| self.at(i, j).to_f64())
-    }
+/// The nearest `f64` matrix: its singular values are good to as many digits as anyone reads of a
+/// condition number.
+pub fn to_f64(matrix: &HighMatrix) -> faer::Mat<f64> {
+    faer::Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].to_f64())
 }
 
 /// Sum of products.
-pub fn dot(a: &[High], b: &[High]) -> High {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+pub fn dot<'a>(
+    a: impl IntoIterator<Item = &'a High>,
+    b: impl IntoIterator<Item = &'a High>,
+) -> High {
+    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Euclidean length.
-pub fn norm(a: &[High]) -> High {
-    dot(a, a).sqrt()
+pub fn norm<'a>(a: impl IntoIterator<Item = &'a High>) -> High {
+    a.into_iter().map(|a| a * a).sum::<High>().sqrt()
+}
+
+/// `Aᵀ (b − A x)` and the length of `b − A x`, of numbers that `f64` has.
+pub fn gradient(rows: &[Vec<f64>], b: impl Fn(usize) -> f64 + Sync, x: &[High]) -> (Vec<f64>, f64) {
+    let model = |row: &[f64]| row.iter().zip(x).map(|(&a, x)| x * a).sum::<High>();
+    let left = rows.par_iter().enumerate().map(|(i, row)| High::from(b(i)) - model(row));
+    let left: Vec<High> = left.collect();
+    let along = |j: usize| left.iter().zip(rows).map(|(left, row)| left * row[j]).sum::<High>();
+    let gradient = (0..x.len()).into_par_iter().map(|j| along(j).to_f64());
+    (gradient.collect(), norm(&left).to_f64())
 }
 
 /// Triangle and rotated right-hand sides of `[A | b]`, for at least as many rows as columns.
@@ -95,58 +62,36 @@ pub struct Reduced {
 
 /// Householder QR.
 pub fn reduce(mut a: HighMatrix, mut b: HighMatrix) -> Reduced {
-    let n = a.width();
+    let n = a.ncols();
     for k in 0..n {
-        let mut v: Vec<High> = a.columns[k][k..].to_vec();
+        let mut v: Vec<High> = a.column(k).iter().skip(k).cloned().collect();
         let length = norm(&v);
         if length.is_zero() {
             continue;
         }
         let head = if v[0].is_negative() { -length } else { length };
-        v[0] += &head;
+        v[0] += head;
         let square = dot(&v, &v);
-        let rest = a.columns[k..].iter_mut().chain(b.columns.iter_mut());
-        for column in rest {
-            let tail = &mut column[k..];
-            let gain = dot(&v, tail) * 2.0 / &square;
-            for (entry, v) in tail.iter_mut().zip(&v) {
-                *entry = &*entry - &gain * v;
+        for mut column in a.column_iter_mut().skip(k).chain(b.column_iter_mut()) {
+            let gain = dot(&v, column.iter().skip(k)) * 2.0 / &square;
+            for (entry, v) in column.iter_mut().skip(k).zip(&v) {
+                *entry -= &gain * v;
             }
         }
     }
-    let upper = |i: usize, j: usize| {
-        if i <= j { a.at(i, j).clone() } else { High::zero() }
-    };
-    Reduced {
-        r: HighMatrix::from_fn(n, n, upper),
-        rotated: HighMatrix::from_fn(n, b.width(), |i, j| b.at(i, j).clone()),
-    }
+    Reduced { r: a.rows(0, n).upper_triangle(), rotated: b.rows(0, n).into_owned() }
 }
 
 /// Solves `A x ≈ b` for a matrix of full column rank.
-///
-/// ```
-/// use trackwright_accuracy::high::High;
-/// use trackwright_accuracy::high_linear::{HighMatrix, least_squares};
-/// // A line through (0, 1), (1, 2), (2, 6): slope 2.5, height 0.5.
-/// let a = HighMatrix::from_fn(3, 2, |i, j| High::from([i as f64, 1.0][j]));
-/// let b = HighMatrix::from_fn(3, 1, |i, _| High::from([1.0, 2.0, 6.0][i]));
-/// let x = least_squares(&a, &b);
-/// assert_eq!([0, 1].map(|k| x.at(k, 0).to_f64()), [2.5, 0.5]);
-/// ```
 pub fn least_squares(a: &HighMatrix, b: &HighMatrix) -> HighMatrix {
     let Reduced { r, mut rotated } = reduce(a.clone(), b.clone());
-    for x in &mut rotated.columns {
-        for k in (0..r.width()).rev() {
-            let known = dot_row(&r, k, &x[k + 1..], k + 1);
-            x[k] = (&x[k] - known) / r.at(k, k);
+    for mut x in rotated.column_iter_mut() {
+        for k in (0..r.ncols()).rev() {
+            let known = dot(r.row(k).iter().skip(k + 1), x.iter().skip(k + 1));
+            x[k] = (&x[k] - known) / &r[(k, k)];
         }
     }
     rotated
-}
-
-fn dot_row(r: &HighMatrix, row: usize, x: &[High], first: usize) -> High {
-    x.iter().enumerate().map(|(j, x)| r.at(row, first + j) * x).sum()
 }
 
 /// `M = U Λ Vᵀ`, singular values in descending order. Columns of `U` whose singular value is zero
@@ -159,9 +104,9 @@ pub struct HighSvd {
 
 /// One-sided Jacobi, for at least as many rows as columns.
 pub fn svd(matrix: &HighMatrix) -> HighSvd {
-    let n = matrix.width();
+    let n = matrix.ncols();
     let mut w = matrix.clone();
-    let mut v = HighMatrix::identity(n);
+    let mut v = HighMatrix::identity(n, n);
     for _ in 0..MAX_SWEEPS {
         let mut is_done = true;
         for p in 0..n {
@@ -173,45 +118,38 @@ pub fn svd(matrix: &HighMatrix) -> HighSvd {
             break;
         }
     }
-    let lengths: Vec<High> = w.columns.iter().map(|c| norm(c)).collect();
+    let lengths: Vec<High> = w.column_iter().map(|c| norm(&c)).collect();
     let mut order: Vec<usize> = (0..n).collect();
-    order
-        .sort_by(|&a, &b| lengths[b].partial_cmp(&lengths[a]).unwrap_or(std::cmp::Ordering::Equal));
-    let unit = |k: &usize| -> Vec<High> {
-        let length = &lengths[*k];
-        let part = |x: &High| {
-            if length.is_zero() { High::zero() } else { x / length }
-        };
-        w.columns[*k].iter().map(part).collect()
+    order.sort_by(|&a, &b| lengths[b].partial_cmp(&lengths[a]).unwrap_or(Ordering::Equal));
+    let unit = |i, k: usize| {
+        let length = &lengths[k];
+        if length.is_zero() { High::zero() } else { &w[(i, k)] / length }
     };
     HighSvd {
-        u: HighMatrix { columns: order.iter().map(unit).collect(), rows: w.rows },
+        u: HighMatrix::from_fn(w.nrows(), n, |i, j| unit(i, order[j])),
         singular_values: order.iter().map(|&k| lengths[k].clone()).collect(),
-        v: HighMatrix { columns: order.iter().map(|&k| v.columns[k].clone()).collect(), rows: n },
+        v: v.select_columns(&order),
     }
 }
 
 /// Rotates columns `p` and `q` until they are orthogonal; whether that was needed.
 fn orthogonalise(w: &mut HighMatrix, v: &mut HighMatrix, p: usize, q: usize) -> bool {
-    let (a, b) = (dot(&w.columns[p], &w.columns[p]), dot(&w.columns[q], &w.columns[q]));
-    let c = dot(&w.columns[p], &w.columns[q]);
+    let product = |p, q| dot(w.column(p), w.column(q));
+    let (a, b, c) = (product(p, p), product(q, q), product(p, q));
     if c.is_zero() || c.abs() <= (&a * &b).sqrt() * ORTHOGONAL {
         return false;
     }
     let zeta = (b - a) / (&c * 2.0);
     let root = (&zeta * &zeta + 1.0).sqrt();
-    let t = if zeta.is_negative() {
-        High::one() / (&zeta - root)
-    } else {
-        High::one() / (&zeta + root)
-    };
+    let root = if zeta.is_negative() { -root } else { root };
+    let t = High::one() / (zeta + root);
     let cosine = High::one() / (&t * &t + 1.0).sqrt();
     let sine = &cosine * &t;
     for m in [w, v] {
-        for row in 0..m.rows {
-            let (x, y) = (m.columns[p][row].clone(), m.columns[q][row].clone());
-            m.columns[p][row] = &cosine * &x - &sine * &y;
-            m.columns[q][row] = &sine * &x + &cosine * &y;
+        for mut row in m.row_iter_mut() {
+            let (x, y) = (row[p].clone(), row[q].clone());
+            row[p] = &cosine * &x - &sine * &y;
+            row[q] = &sine * &x + &cosine * &y;
         }
     }
     true
@@ -226,100 +164,45 @@ pub struct Truncated {
 
 /// The solution of least norm; singular values at or below `rcond` times the largest are zero.
 pub fn truncated_least_squares(a: &HighMatrix, b: &HighMatrix, rcond: f64) -> Truncated {
-    let is_tall = a.rows() >= a.width();
+    let is_tall = a.nrows() >= a.ncols();
     // A wide matrix by its transpose: `Aᵀ = U Λ Vᵀ`, so `A⁺ = U Λ⁺ Vᵀ`.
     let (svd, rotated) = if is_tall {
         let Reduced { r, rotated } = reduce(a.clone(), b.clone());
         (svd(&r), rotated)
     } else {
-        (svd(&a.transposed()), b.clone())
+        (svd(&a.transpose()), b.clone())
     };
     let (left, right) = if is_tall { (&svd.u, &svd.v) } else { (&svd.v, &svd.u) };
     let cutoff = svd.singular_values.first().map_or_else(High::zero, |s| s * rcond);
     let rank = svd.singular_values.iter().filter(|s| **s > cutoff).count();
-    let x = HighMatrix::from_fn(a.width(), b.width(), |_, _| High::zero());
-    let mut truncated = Truncated { x, rank, singular_values: svd.singular_values.clone() };
-    for (column, b) in truncated.x.columns.iter_mut().zip(&rotated.columns) {
-        for k in 0..rank {
-            let gain = dot(&left.columns[k], b) / &svd.singular_values[k];
-            for (x, v) in column.iter_mut().zip(&right.columns[k]) {
-                *x += &gain * v;
-            }
-        }
+    let mut along = left.columns(0, rank).transpose() * rotated;
+    for (mut row, s) in along.row_iter_mut().zip(&svd.singular_values) {
+        row /= s.clone();
     }
-    truncated
+    Truncated { x: right.columns(0, rank) * along, rank, singular_values: svd.singular_values }
 }
-
-/// A vector of three.
-pub type High3 = [High; 3];
-
-/// A matrix of three by three, row after row.
-pub type High33 = [High3; 3];
 
 /// A vector of `f64` numbers.
 pub fn vector3(values: [f64; 3]) -> High3 {
-    values.map(High::from)
-}
-
-/// `a × b`.
-pub fn cross3(a: &High3, b: &High3) -> High3 {
-    std::array::from_fn(|k| {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        &a[i] * &b[j] - &a[j] * &b[i]
-    })
+    values.map(High::from).into()
 }
 
 /// The direction of a vector.
 pub fn unit3(a: &High3) -> High3 {
-    let length = norm(a);
-    std::array::from_fn(|k| &a[k] / &length)
+    a / norm(a)
 }
 
-/// `a + b`.
-pub fn add3(a: &High3, b: &High3) -> High3 {
-    std::array::from_fn(|k| &a[k] + &b[k])
-}
-
-/// `a − b`.
-pub fn sub3(a: &High3, b: &High3) -> High3 {
-    std::array::from_fn(|k| &a[k] - &b[k])
-}
-
-/// A vector times a number.
-pub fn scale3(a: &High3, factor: &High) -> High3 {
-    std::array::from_fn(|k| &a[k] * factor)
-}
-
-/// A matrix by its entries.
-pub fn matrix_from_fn(entry: impl Fn(usize, usize) -> High) -> High33 {
-    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
-}
-
-/// The transpose.
-pub fn transposed33(m: &High33) -> High33 {
-    matrix_from_fn(|i, j| m[j][i].clone())
-}
-
-/// `M x`.
-pub fn apply33(m: &High33, x: &High3) -> High3 {
-    std::array::from_fn(|i| dot(&m[i], x))
-}
-
-/// `A B`.
-pub fn times33(a: &High33, b: &High33) -> High33 {
-    matrix_from_fn(|i, j| (0..3).map(|k| &a[i][k] * &b[k][j]).sum())
-}
-
-/// The determinant.
-pub fn determinant33(m: &High33) -> High {
-    dot(&m[0], &cross3(&m[1], &m[2]))
+/// A column of a matrix of three rows.
+pub fn column3(matrix: &HighMatrix, k: usize) -> High3 {
+    High3::from_fn(|i, _| matrix[(i, k)].clone())
 }
 
 /// The inverse by cofactors; entries are not finite where there is none.
 pub fn inverse33(m: &High33) -> High33 {
-    let determinant = determinant33(m);
-    let cofactors = [cross3(&m[1], &m[2]), cross3(&m[2], &m[0]), cross3(&m[0], &m[1])];
-    matrix_from_fn(|i, j| &cofactors[j][i] / &determinant)
+    let [a, b, c] = [0, 1, 2].map(|k| m.column(k).into_owned());
+    let cofactors = [b.cross(&c), c.cross(&a), a.cross(&b)];
+    let determinant = a.dot(&cofactors[0]);
+    High33::from_columns(&cofactors).transpose() / determinant
 }
 
 #[cfg(test)]
@@ -333,29 +216,27 @@ mod tests {
     }
 
     fn largest(m: &HighMatrix) -> f64 {
-        m.columns.iter().flatten().map(|x| x.abs().to_f64()).fold(0.0, f64::max)
+        m.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max)
     }
 
     #[test]
     fn least_squares_residual_is_perpendicular() {
         let a = HighMatrix::from_fn(9, 4, entry);
         let b = HighMatrix::from_fn(9, 2, |i, j| entry(i + 3, j + 5));
-        let residual = a.times(&least_squares(&a, &b)).minus(&b);
+        let residual = &a * least_squares(&a, &b) - b;
         assert!(largest(&residual) > 0.1);
-        assert!(largest(&a.transposed().times(&residual)) < 1e-50);
+        assert!(largest(&(a.transpose() * residual)) < 1e-50);
     }
 
     #[test]
     fn factors_of_the_svd_multiply_to_the_matrix() {
         let a = HighMatrix::from_fn(7, 4, entry);
         let HighSvd { mut u, singular_values, v } = svd(&a);
-        for (column, s) in u.columns.iter_mut().zip(&singular_values) {
-            for x in column {
-                *x = &*x * s;
-            }
+        for (mut column, s) in u.column_iter_mut().zip(singular_values) {
+            column *= s;
         }
-        assert!(largest(&u.times(&v.transposed()).minus(&a)) < 1e-50);
-        assert!(largest(&v.transposed().times(&v).minus(&HighMatrix::identity(4))) < 1e-50);
+        assert!(largest(&(u * v.transpose() - a)) < 1e-50);
+        assert!(largest(&(v.transpose() * &v - HighMatrix::identity(4, 4))) < 1e-50);
     }
 
     #[test]
@@ -363,33 +244,28 @@ mod tests {
         // Five equations of rank three for six unknowns.
         let left = HighMatrix::from_fn(5, 3, entry);
         let right = HighMatrix::from_fn(3, 6, |i, j| entry(i + 2, j));
-        let a = left.times(&right);
-        let b = a.times(&HighMatrix::from_fn(6, 1, |i, _| entry(i, 4)));
+        let a = left * &right;
+        let b = &a * HighMatrix::from_fn(6, 1, |i, _| entry(i, 4));
         for a in [a.clone(), stacked_twice(&a)] {
-            let b = if a.rows() > 5 { stacked_twice(&b) } else { b.clone() };
+            let b = if a.nrows() > 5 { stacked_twice(&b) } else { b.clone() };
             let found = truncated_least_squares(&a, &b, 1e-30);
             assert_eq!(found.rank, 3);
-            assert!(largest(&a.times(&found.x).minus(&b)) < 1e-50);
+            assert!(largest(&(a * &found.x - b)) < 1e-50);
             // In the row space: x = rightᵀ y for some y.
-            let y = least_squares(&right.transposed(), &found.x);
-            assert!(largest(&right.transposed().times(&y).minus(&found.x)) < 1e-50);
+            let y = least_squares(&right.transpose(), &found.x);
+            assert!(largest(&(right.transpose() * y - found.x)) < 1e-50);
         }
     }
 
     fn stacked_twice(m: &HighMatrix) -> HighMatrix {
-        let rows = m.rows();
-        HighMatrix::from_fn(2 * rows, m.width(), |i, j| m.at(i % rows, j).clone())
+        let rows = m.nrows();
+        HighMatrix::from_fn(2 * rows, m.ncols(), |i, j| m[(i % rows, j)].clone())
     }
 
     #[test]
     fn an_inverse_undoes_its_matrix() {
-        let m = matrix_from_fn(entry);
-        let product = times33(&m, &inverse33(&m));
-        for (i, row) in product.iter().enumerate() {
-            for (j, x) in row.iter().enumerate() {
-                let expected = if i == j { 1.0 } else { 0.0 };
-                assert!((x - High::from(expected)).abs() < High::from(1e-50));
-            }
-        }
+        let m = High33::from_fn(entry);
+        let off = &m * inverse33(&m) - High33::identity();
+        assert!(off.iter().all(|x| x.abs() < High::from(1e-50)));
     }
 }

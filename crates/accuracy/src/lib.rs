@@ -12,8 +12,8 @@
 //! # Ok::<(), trackwright_task::Cancelled>(())
 //! ```
 
-pub mod high;
-pub mod high_linear;
+mod high;
+mod high_linear;
 pub mod precision;
-pub mod references;
+mod references;
 pub mod stability;

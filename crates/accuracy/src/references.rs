@@ -1,10 +1,7 @@
 //! The program's formulas once more, in [`High`] numbers and by the plainest way there is.
 
-use crate::high::High;
-use crate::high_linear::{
-    High3, High33, apply33, cross3, dot, inverse33, matrix_from_fn, norm, scale3, transposed33,
-    unit3, vector3,
-};
+use crate::high::{High, One, Zero};
+use crate::high_linear::{High3, High33, inverse33, norm, unit3, vector3};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
@@ -43,7 +40,7 @@ pub fn basis_slopes(order: usize, x: &High) -> Vec<High> {
 
 /// Position in the unit cube; an axis without extent maps to 0.
 pub fn unit_position(bounds: &Bounds, position_mm: &High3) -> High3 {
-    std::array::from_fn(|k| {
+    High3::from_fn(|k, _| {
         let min = High::from(bounds.min_mm[k]);
         let size = High::from(bounds.max_mm[k]) - &min;
         if size.is_zero() { High::zero() } else { (&position_mm[k] - min) / size }
@@ -51,7 +48,7 @@ pub fn unit_position(bounds: &Bounds, position_mm: &High3) -> High3 {
 }
 
 fn clamped(bounds: &Bounds, position_mm: &High3) -> High3 {
-    std::array::from_fn(|k| {
+    High3::from_fn(|k, _| {
         let (min, max) = (High::from(bounds.min_mm[k]), High::from(bounds.max_mm[k]));
         let x = &position_mm[k];
         if *x < min {
@@ -88,7 +85,7 @@ pub fn directions(set: DirectionSet) -> Vec<High3> {
             _ => High::from(f64::NAN),
         }
     };
-    set.directions().iter().map(|d| <[f64; 3]>::from(d.into_inner()).map(exact)).collect()
+    set.directions().iter().map(|d| d.map(exact)).collect()
 }
 
 /// An axis's weights in one triangle that may hold it.
@@ -113,20 +110,20 @@ pub fn weights(set: DirectionSet, axis: &High3, weighting: Weighting) -> Vec<Hig
     let corners = directions(set);
     let n = unit3(axis);
     let outside = High::from(-ON_EDGE);
-    let near = Vector3::from(n.each_ref().map(High::to_f64));
+    let near = n.map(|x| x.to_f64());
     set.triangles()
         .iter()
         .filter(|triangle| may_hold(set, triangle, &near))
         .filter_map(|&triangle| {
             let corners = triangle.map(|i| corners[i].clone());
-            let gnomonic = apply33(&inverse33(&transposed33(&corners)), &n);
+            let gnomonic = inverse33(&High33::from_columns(&corners)) * &n;
             if gnomonic.iter().any(|l| *l < outside) {
                 return None;
             }
             let [a, b, c] = &corners;
             let parts = match weighting {
                 Weighting::Gnomonic => {
-                    gnomonic.map(|l| if l.is_negative() { High::zero() } else { l })
+                    gnomonic.map(|l| if l.is_negative() { High::zero() } else { l }).into()
                 }
                 Weighting::Area => [half_area(&n, b, c), half_area(a, &n, c), half_area(a, b, &n)],
             };
@@ -149,15 +146,12 @@ fn may_hold(set: DirectionSet, triangle: &[usize; 3], axis: &Vector3<f64>) -> bo
 
 /// Half the area of a spherical triangle (Van Oosterom & Strackee).
 fn half_area(a: &High3, b: &High3, c: &High3) -> High {
-    let triple = dot(a, &cross3(b, c)).abs();
-    triple.atan2(&(dot(a, b) + dot(b, c) + dot(c, a) + 1.0))
+    a.dot(&b.cross(c)).abs().atan2(&(a.dot(b) + b.dot(c) + c.dot(a) + 1.0))
 }
 
 /// Equation (8) and how its answer reacts to its inputs.
 #[derive(Clone, Debug)]
 pub struct HighEvaluation {
-    /// Corners of the triangle.
-    pub directions: [usize; 3],
     pub values: [High; 6],
     /// For position and rotation: how many times its own relative error an answer of the size of
     /// the largest coefficient gains from errors of coefficients, position and axis.
@@ -180,8 +174,7 @@ pub fn evaluate(
     let order = model.order();
     let n = order + 1;
     let unit = unit_position(model.bounds(), &at);
-    let bases = unit.each_ref().map(|u| basis(order, u));
-    let slopes = unit.each_ref().map(|u| basis_slopes(order, u));
+    let [bases, slopes] = [basis, basis_slopes].map(|of| [0, 1, 2].map(|k| of(order, &unit[k])));
     let scales = [0, 3].map(|first| {
         let parts = |c: &[f64; 6]| c[first..first + 3].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         model.coefficients().iter().map(parts).fold(0.0, f64::max)
@@ -216,7 +209,7 @@ pub fn evaluate(
                     }
                 }
             }
-            let u = unit.each_ref().map(|u| u.to_f64().abs());
+            let u = unit.map(|u| u.to_f64().abs());
             let conditions = [0, 3].map(|first| {
                 let own = parts[first..first + 3]
                     .iter()
@@ -224,7 +217,7 @@ pub fn evaluate(
                     .fold(0.0, f64::max);
                 own / scales[first / 3].max(f64::MIN_POSITIVE) + 1.0 / w.sum
             });
-            HighEvaluation { directions: w.directions, values, conditions, scales }
+            HighEvaluation { values, conditions, scales }
         })
         .collect()
 }
@@ -236,20 +229,20 @@ pub fn exp(vector: &High3) -> [High; 4] {
         return [High::one(), High::zero(), High::zero(), High::zero()];
     }
     let half = &angle * 0.5;
-    let [x, y, z] = scale3(vector, &(half.sin() / angle));
+    let [x, y, z] = (vector * (half.sin() / angle)).into();
     [half.cos(), x, y, z]
 }
 
 /// Rotation vector of a quaternion of any length, angle in `[0, π]`.
 pub fn log(quaternion: &[High; 4]) -> High3 {
     let [w, x, y, z] = quaternion.clone();
-    let v = [x, y, z];
+    let v = High3::new(x, y, z);
     let sine = norm(&v);
     if sine.is_zero() {
         return v;
     }
-    let (w, v) = if w.is_negative() { (-w, v.map(|x| -x)) } else { (w, v) };
-    scale3(&v, &(sine.atan2(&w) * 2.0 / sine))
+    let (w, v) = if w.is_negative() { (-w, -v) } else { (w, v) };
+    v * (sine.atan2(&w) * 2.0 / sine)
 }
 
 /// `[w, x, y, z]` of a rotation.
@@ -260,47 +253,33 @@ pub fn quaternion(rotation: &UnitQuaternion<f64>) -> [High; 4] {
 
 /// Rotation matrix of a quaternion of any length.
 pub fn matrix([w, x, y, z]: &[High; 4]) -> High33 {
-    let v = [x.clone(), y.clone(), z.clone()];
-    let square = dot(&v, &v) + w * w;
-    matrix_from_fn(|i, j| {
-        // R = I + 2 w [v]x + 2 [v]x², for a unit quaternion.
-        let mut entry = &v[i] * &v[j] * 2.0;
-        if i == j {
-            entry += &square - dot(&v, &v) * 2.0;
-        } else {
-            let k = 3 - i - j;
-            let cross = w * &v[k] * 2.0;
-            if (i + 1) % 3 == j {
-                entry -= cross;
-            } else {
-                entry += cross;
-            }
-        }
-        entry / &square
-    })
+    // R = (w² - |v|²) I + 2 w [v]x + 2 v vᵀ, for a unit quaternion.
+    let v = High3::new(x.clone(), y.clone(), z.clone());
+    let (along, square) = (w * w, v.dot(&v));
+    let turned = (cross_matrix(&v) * w.clone() + &v * v.transpose()) * High::from(2.0);
+    (High33::identity() * (&along - &square) + turned) / (along + square)
+}
+
+/// `[x]` with `[x] y = x × y`.
+pub fn cross_matrix(x: &High3) -> High33 {
+    High33::from_columns(&[0, 1, 2].map(|k| x.cross(&High3::ith(k, High::one()))))
 }
 
 /// The smallest rotation from one axis to another, of any lengths.
 pub fn axis_rotation(from: &High3, to: &High3) -> High3 {
-    let cross = cross3(from, to);
+    let cross = from.cross(to);
     let sine = norm(&cross);
     if sine.is_zero() {
         return cross;
     }
-    scale3(&cross, &(sine.atan2(&dot(from, to)) / sine))
+    cross * (sine.atan2(&from.dot(to)) / sine)
 }
 
 /// Length of the difference, in `f64`.
-pub fn distance(found: &[f64], expected: &[High]) -> f64 {
+pub fn distance<'a>(found: &[f64], expected: impl IntoIterator<Item = &'a High>) -> f64 {
     let difference: Vec<High> =
         found.iter().zip(expected).map(|(&f, e)| High::from(f) - e).collect();
     norm(&difference).to_f64()
-}
-
-/// A point moved by a pose with a quaternion of any length.
-pub fn moved(rotation: &High33, translation: &High3, point: &High3) -> High3 {
-    let turned = apply33(rotation, point);
-    std::array::from_fn(|k| &turned[k] + &translation[k])
 }
 
 /// A point as it is.
@@ -330,11 +309,9 @@ mod tests {
     #[test]
     fn logarithm_undoes_the_exponential() {
         for size in [1e-20, 1e-3, 1.0, 3.0] {
-            let v = scale3(&vector3([0.3, -0.5, 0.7]), &High::from(size));
-            let back = log(&exp(&v));
-            for k in 0..3 {
-                assert!((&back[k] - &v[k]).abs() <= v[k].abs() * 1e-50);
-            }
+            let v = vector3([0.3, -0.5, 0.7]) * High::from(size);
+            let off = log(&exp(&v)) - &v;
+            assert!(off.iter().zip(&v).all(|(off, v)| off.abs() <= v.abs() * 1e-50));
         }
     }
 
@@ -342,10 +319,10 @@ mod tests {
     fn the_matrix_of_a_turn_about_z_is_the_textbooks() {
         let m = matrix(&exp(&vector3([0.0, 0.0, 0.5])));
         let (c, s) = (High::from(0.5).cos(), High::from(0.5).sin());
-        assert!((&m[0][0] - &c).abs() < High::from(1e-50));
-        assert!((&m[0][1] + &s).abs() < High::from(1e-50));
-        assert!((&m[1][0] - &s).abs() < High::from(1e-50));
-        assert!((&m[2][2] - 1.0).abs() < High::from(1e-50));
+        let none = High::zero;
+        let expected = [[c.clone(), -&s, none()], [s, c, none()], [none(), none(), High::one()]];
+        let expected = High33::from_fn(|i, j| expected[i][j].clone());
+        assert!((m - expected).iter().all(|off| off.abs() < High::from(1e-50)));
     }
 
     #[test]

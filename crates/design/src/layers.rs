@@ -36,7 +36,7 @@ macro_rules! layers {
         }
 
         #[allow(non_camel_case_types, reason = "named as the fields")]
-        enum Place { $($field,)* }
+        enum Row { $($field,)* }
 
         impl Layer {
             $(#[doc = $about] pub const $constant: Self = Self {
@@ -45,7 +45,7 @@ macro_rules! layers {
                 about: $about,
                 is_on_at_first: is_on!($first),
                 is_for_audience: is_for_audience!($audience),
-                order: 10 * (Place::$field as u32 + 1),
+                order: 10 * (Row::$field as u32 + 1),
                 switch: |layers| &mut layers.$field,
             };)*
 

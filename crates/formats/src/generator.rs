@@ -151,11 +151,8 @@ mod tests {
     #[test]
     fn every_wrong_field_is_named() {
         let cases = r#"
-            version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
             (-120, 0, 0) => (NaN, 0, 0)
                 | coils[1]: position is (NaN, 0, 0), expected finite numbers
-            (-120, 0, 0) => (1e999, 0, 0)
-                | line 6, column 27: found `1e999`, expected a number of at most 1e30
             (0, 0, 2) => (0, 0, 0)
                 | coils[1]: moment is (0, 0, 0), expected a finite vector above zero
             (0, 0, 2) => (0, inf, 2)

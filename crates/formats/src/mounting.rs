@@ -209,8 +209,6 @@ pub(super) mod tests {
                 | mounting[1].axis is Normal, expected Free or Along or AsItIs for a channel
             axis: Normal => axis: Along
                 | mounting[0].axis is Along, expected Free or Normal or Tangent or AsItIs for a surface
-            axis: Normal => axis: Norml | line 8, column 23: found `Norml`, expected `Normal`
-            Seat => Saet | line 10, column 9: found `Saet`, expected `Seat`
             (0, 0, 10), => | mounting[1].points has 1, expected at least two
             (0, 0, 10), (0, 0, 130) => | mounting[1].points has 0, expected at least two
             (0, 0, 10) => (0, 0, 130)
@@ -230,8 +228,6 @@ pub(super) mod tests {
             position: (1, 2, 3) => position: (1, inf, 3)
                 | mounting[2].position is (1, inf, 3), expected finite numbers
             position: (1, 2, 3), => | line 10, column …
-            min: (0, -1, 2) => min: (0, -1, 4)
-                | mounting[0].boxes[0]: min z is 4, max z is 3, expected min at most max
             min: (0, -1, 2) => min: (0, -1, 3)
                 | mounting[0].boxes[0]: min z and max z are 3, expected min below max
             max: (1, 1, 3) => max: (1, NaN, 3)
@@ -242,10 +238,6 @@ pub(super) mod tests {
             least_gap: 9 => least_gap: -9 | least_gap is -9, expected zero or more
             least_gap: 9 => least_gap: "9" | line 13, column …
             tip_clearance: 5 => tip_clearance: NaN | tip_clearance is NaN, expected zero or more
-            tip_clearance: 5 => tip_clearance: 1e999
-                | line 13, column 34: found `1e999`, expected a number of at most 1e30
-            tip_clearance: 5 => tip_clearence: 5
-                | line 13, column 19: found the unknown field `tip_clearence`, expected `tip_clearance`
         "#;
         assert_refused(&stated(), cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }

@@ -164,7 +164,6 @@ mod tests {
             (1280, 720) => (0, 720) | window is 0 × 720, expected sides from 1 to 32768 pixels
             workspace: => widths: {"left": -7.0}, workspace:
                 | widths is -7, expected widths from 1 to 32768 pixels
-            version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
         "#;
         assert_refused(&write(&preferences), cases, |text| {
             parse(text.as_bytes()).unwrap_err().to_string()

@@ -314,6 +314,10 @@ mod tests {
         Ray { origin_mm: Point3::new(200.0, y, z), direction: -Vector3::x_axis() }
     }
 
+    fn hit_at(surface: &Surface, y: f64, z: f64) -> SurfacePoint {
+        surface.cast(&ray_along_x(y, z)).unwrap()
+    }
+
     /// The sensor's axis stays, as drags are where nothing else is chosen.
     fn guide(surface: &Surface) -> DragGuide {
         DragGuide {
@@ -362,10 +366,9 @@ mod tests {
             Vector3::new(0.0, 0.0, 60.0),
             UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.2, 0.0)),
         );
-        let grabbed = surface.cast(&ray_along_x(0.0, 62.0)).unwrap();
+        let grabbed = hit_at(&surface, 0.0, 62.0);
         let mut drag = SurfaceDrag::new(start, &grabbed, &guide(&surface));
-        let hit = surface.cast(&ray_along_x(0.0, 92.0)).unwrap();
-        let pose = drag.pose_at(&hit, None);
+        let pose = drag.pose_at(&hit_at(&surface, 0.0, 92.0), None);
         assert!((pose.translation.vector - Vector3::new(0.0, 0.0, 90.0)).norm() < 1e-9);
         assert!(pose.rotation.angle_to(&start.rotation) < 1e-9);
     }
@@ -373,8 +376,8 @@ mod tests {
     #[test]
     fn around_a_shaft_a_following_sensor_turns() {
         let surface = shaft();
-        let start = pose_from_parts(Vector3::new(2.5, 0.0, 60.0), UnitQuaternion::identity());
-        let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
+        let start = Pose::translation(2.5, 0.0, 60.0);
+        let grabbed = hit_at(&surface, 0.0, 60.0);
         let mut drag = SurfaceDrag::new(start, &grabbed, &following(&surface));
         let from_above =
             Ray { origin_mm: Point3::new(0.0, 100.0, 60.0), direction: -Vector3::y_axis() };
@@ -392,13 +395,13 @@ mod tests {
         let surface = shaft();
         let rotation = UnitQuaternion::from_euler_angles(0.3, 1.1, -2.0);
         let start = pose_from_parts(Vector3::new(0.3, 0.1, 60.123), rotation);
-        let grabbed = surface.cast(&ray_along_x(0.4, 61.0)).unwrap();
+        let grabbed = hit_at(&surface, 0.4, 61.0);
         for guide in [guide(&surface), following(&surface), no_axis()] {
             let mut drag = SurfaceDrag::new(start, &grabbed, &guide);
             for z in [70.0, 120.0, 3.0] {
-                let _ = drag.pose_at(&surface.cast(&ray_along_x(-1.0, z)).unwrap(), None);
+                let _ = drag.pose_at(&hit_at(&surface, -1.0, z), None);
             }
-            let back = drag.pose_at(&surface.cast(&ray_along_x(0.4, 61.0)).unwrap(), None);
+            let back = drag.pose_at(&hit_at(&surface, 0.4, 61.0), None);
             assert_eq!(back, start);
         }
     }
@@ -406,16 +409,15 @@ mod tests {
     #[test]
     fn the_way_taken_along_a_shaft_does_not_matter() {
         let surface = shaft();
-        let start = pose_from_parts(Vector3::new(0.0, 0.0, 60.0), UnitQuaternion::identity());
-        let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
-        let end = surface.cast(&ray_along_x(0.9, 100.0)).unwrap();
+        let start = Pose::translation(0.0, 0.0, 60.0);
+        let grabbed = hit_at(&surface, 0.0, 60.0);
+        let end = hit_at(&surface, 0.9, 100.0);
         for guide in [guide(&surface), following(&surface), no_axis()] {
             let mut straight = SurfaceDrag::new(start, &grabbed, &guide);
             let mut wandering = straight.clone();
             for i in 0..200 {
                 let y = (f64::from(i) * 0.37).sin() * 1.8;
-                let hit = surface.cast(&ray_along_x(y, 20.0 + f64::from(i) * 0.5)).unwrap();
-                let _ = wandering.pose_at(&hit, None);
+                let _ = wandering.pose_at(&hit_at(&surface, y, 20.0 + f64::from(i) * 0.5), None);
             }
             assert_eq!(straight.pose_at(&end, None), wandering.pose_at(&end, None));
         }
@@ -423,7 +425,7 @@ mod tests {
 
     #[test]
     fn over_a_cap_the_turn_is_the_smallest() {
-        let start = pose_from_parts(Vector3::new(0.0, 0.0, 149.0), UnitQuaternion::identity());
+        let start = Pose::translation(0.0, 0.0, 149.0);
         let side =
             SurfacePoint { position_mm: Point3::new(2.0, 0.0, 149.0), normal: Vector3::x_axis() };
         let follow = DragGuide { follows_surface: true, ..no_axis() };
@@ -449,11 +451,11 @@ mod tests {
         for x in [0.0, 1.0, 2.0] {
             for guide in [guide(&surface), no_axis()] {
                 let start = pose_from_parts(Vector3::new(x, 0.0, 20.0), rotation);
-                let grabbed = surface.cast(&ray_along_x(0.3, 20.0)).unwrap();
+                let grabbed = hit_at(&surface, 0.3, 20.0);
                 let mut drag = SurfaceDrag::new(start, &grabbed, &guide);
                 for (y, z) in [(0.0, 25.0), (1.5, 45.0), (-2.0, 60.0), (0.0, 90.0)] {
-                    let hit = surface.cast(&ray_along_x(y, z)).unwrap();
-                    assert_eq!(drag.pose_at(&hit, None).rotation, rotation, "{x} {y} {z}");
+                    let pose = drag.pose_at(&hit_at(&surface, y, z), None);
+                    assert_eq!(pose.rotation, rotation, "{x} {y} {z}");
                 }
             }
         }
@@ -462,17 +464,16 @@ mod tests {
     #[test]
     fn a_sensor_on_the_axis_slides_along_it() {
         let surface = handle();
-        let start = pose_from_parts(Vector3::new(0.0, 0.0, 20.0), UnitQuaternion::identity());
-        let grabbed = surface.cast(&ray_along_x(0.3, 22.0)).unwrap();
+        let start = Pose::translation(0.0, 0.0, 20.0);
+        let grabbed = hit_at(&surface, 0.3, 22.0);
         let mut drag = SurfaceDrag::new(start, &grabbed, &guide(&surface));
         for (y, z) in [(0.0, 25.0), (1.5, 45.0), (-2.0, 60.0), (0.0, 90.0)] {
-            let hit = surface.cast(&ray_along_x(y, z)).unwrap();
-            let place = drag.pose_at(&hit, None).translation.vector;
+            let place = drag.pose_at(&hit_at(&surface, y, z), None).translation.vector;
             assert!((place - Vector3::new(0.0, 0.0, z - 2.0)).norm() < 1e-9, "{place}");
         }
         // The mode frees it.
         let mut drag = SurfaceDrag::new(start, &grabbed, &following(&surface));
-        let hit = surface.cast(&ray_along_x(0.0, 45.0)).unwrap();
+        let hit = hit_at(&surface, 0.0, 45.0);
         assert!(drag.pose_at(&hit, None).translation.vector.xy().norm() > 1.0);
     }
 
@@ -480,12 +481,11 @@ mod tests {
     fn a_sensor_in_the_wall_keeps_its_depth() {
         let surface = handle();
         // Half a millimetre under a surface of 2 mm.
-        let start = pose_from_parts(Vector3::new(1.5, 0.0, 20.0), UnitQuaternion::identity());
-        let grabbed = surface.cast(&ray_along_x(0.0, 20.0)).unwrap();
+        let start = Pose::translation(1.5, 0.0, 20.0);
+        let grabbed = hit_at(&surface, 0.0, 20.0);
         let mut drag = SurfaceDrag::new(start, &grabbed, &guide(&surface));
         for (y, z, radius) in [(0.0, 28.0, 2.0), (1.0, 25.0, 2.0), (1.0, 40.0, 4.0)] {
-            let hit = surface.cast(&ray_along_x(y, z)).unwrap();
-            let place = drag.pose_at(&hit, None).translation.vector;
+            let place = drag.pose_at(&hit_at(&surface, y, z), None).translation.vector;
             // A chord of 28 sides is 2 (1 - cos(pi / 28)) = 0.013 mm inside a circle of 2 mm.
             let depth = radius - place.xy().norm();
             assert!((depth - 0.5).abs() < 0.03, "{depth} at {z}");
@@ -507,10 +507,10 @@ mod tests {
     #[test]
     fn snapping_rounds_the_place_along_the_body() {
         let surface = shaft();
-        let start = pose_from_parts(Vector3::new(0.0, 0.0, 60.4), UnitQuaternion::identity());
-        let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
+        let start = Pose::translation(0.0, 0.0, 60.4);
+        let grabbed = hit_at(&surface, 0.0, 60.0);
         let mut drag = SurfaceDrag::new(start, &grabbed, &guide(&surface));
-        let hit = surface.cast(&ray_along_x(0.3, 71.3)).unwrap();
+        let hit = hit_at(&surface, 0.3, 71.3);
         let free = drag.pose_at(&hit, None).translation.vector;
         let grid = Grid::at(&surface, &hit, 1.0);
         assert!(!grid.is_flat);
@@ -528,7 +528,7 @@ mod tests {
         let hit = surface.cast(&above).unwrap();
         let grid = Grid::at(&surface, &hit, 1.0);
         assert!(grid.is_flat);
-        let start = pose_from_parts(Vector3::new(7.1, -11.2, 150.0), UnitQuaternion::identity());
+        let start = Pose::translation(7.1, -11.2, 150.0);
         let grabbed = SurfacePoint { position_mm: Point3::new(7.1, -11.2, 150.0), ..hit };
         let mut drag = SurfaceDrag::new(start, &grabbed, &guide(&surface));
         let snapped = drag.pose_at(&hit, Some(grid)).translation.vector;
@@ -550,7 +550,7 @@ mod tests {
 
     #[test]
     fn without_a_mesh_a_sensor_stays_in_the_view_plane() {
-        let start = pose_from_parts(Vector3::new(5.0, 0.0, 60.0), UnitQuaternion::identity());
+        let start = Pose::translation(5.0, 0.0, 60.0);
         let drag = PlaneDrag::new(start, &ray_along_x(1.0, 60.0), -Vector3::x_axis());
         let pose = drag.pose_at(&ray_along_x(4.0, 71.2), None).unwrap();
         assert!((pose.translation.vector - Vector3::new(5.0, 3.0, 71.2)).norm() < 1e-12);

@@ -1,5 +1,5 @@
-//! What commands wrote, by its content: a file that nobody has changed since is replaced without being
-//! asked for. The list is in the state folder, so that it holds for files of any format.
+//! What commands wrote, by its content: a file that nobody has changed since is replaced without
+//! `--overwrite`. The list is in the state folder, so that it holds for files of any format.
 
 use super::stamps::Fnv1a;
 use super::state::{create_private_folder, state_folder};
@@ -51,7 +51,7 @@ pub(super) fn is_as_written(file: &Path) -> bool {
     is_listed(&folder, content)
 }
 
-/// Remembers what a command wrote. What cannot be remembered is asked for later.
+/// Remembers what a command wrote. What cannot be remembered needs `--overwrite` later.
 pub(super) fn remember(file: &Path) {
     if let (Ok(content), Some(folder)) = (Content::of(file), state_folder()) {
         let _ = add(&folder, content);

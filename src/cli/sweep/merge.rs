@@ -25,7 +25,7 @@ pub(super) fn run(args: &MergeArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     let (sweep, folder) = Folder::existing(&args.folder)?;
     if !is_merge_of(&sweep, &args.output) {
-        output.expect_new()?;
+        output.expect_own()?;
     }
     let shown = Shown::new("merging");
     let report = merge(&sweep, &folder, &args.output, &shown.task)?;

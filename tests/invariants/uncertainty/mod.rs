@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::environment::Jitter;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::uncertainty::{
@@ -87,20 +87,9 @@ fn somewhere() -> Pose {
 
 /// A tool alone, in a room without distortion.
 fn alone(tool: RigidBody, weight_mm: f64, jitter: Jitter) -> Scenario {
-    let bounds = Volume::AuroraCube.bounds();
-    Scenario {
-        environment: Arc::new(Environment {
-            jitter: Some(jitter),
-            ..studies::room(DistortionModel::zero(bounds, MapKind::Distortion))
-        }),
-        tool,
-        crf: None,
-        crf_from_tool: somewhere(),
-        motion: None,
-        orientation_weight_mm: weight_mm,
-        requirement: None,
-        outside: OutsidePolicy::default(),
-    }
+    let model = DistortionModel::zero(Volume::AuroraCube.bounds(), MapKind::Distortion);
+    let room = Environment { jitter: Some(jitter), ..studies::room(model) };
+    Scenario { orientation_weight_mm: weight_mm, ..studies::tool_alone(room, tool, somewhere()) }
 }
 
 /// The same tool seen from a head.
@@ -121,14 +110,7 @@ fn built_in(field: f64) -> Scenario {
     let scenario = studies::default_in_polynomials();
     let model = &scenario.environment.model;
     let scaled = model.coefficients().iter().map(|c| c.map(|v| v * field));
-    let model = DistortionModel::new(
-        model.order(),
-        model.directions(),
-        model.weighting(),
-        model.map(),
-        *model.bounds(),
-        scaled.collect(),
-    );
+    let model = model.with_coefficients(model.order(), *model.bounds(), scaled.collect());
     let environment = Environment {
         model: model.unwrap(),
         jitter: Some(jitter()),

@@ -15,7 +15,7 @@ use trackwright_field::model::{Coefficient, Evaluation};
 use trackwright_field::samples::{PoseError, Sample, SampleSet};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights};
 
 /// Poses anywhere, with any axis: the design's room.
 const SCATTERED: &str = "scattered poses in the design's room";
@@ -111,13 +111,14 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         probe.scattered("scattered", model, false).uncharted(),
         probe.shared(&axis, true).charted("shared orientation"),
     ];
+    let only = DirectionWeights { directions: [0; 3], weights: [1.0, 0.0, 0.0] };
     for nodes in NODES {
         let lattice = ValueLattice::new(model, &[axis], nodes);
         let spacing = ValueLattice::spacing_mm(model.bounds(), nodes);
         let row = probe.row(
             &format!("interpolated lattice of one orientation, {spacing:.1} mm"),
             false,
-            |out| out.extend(probe.poses.iter().map(|(p, _)| lattice.at(p, 0))),
+            |out| out.extend(probe.poses.iter().map(|(p, _)| lattice.at(p, &only))),
         );
         rows.push(row.step_of("interpolated lattice, one orientation"));
     }
@@ -239,9 +240,7 @@ impl<'a> Probe<'a> {
                 let method = format!("interpolated lattice, {spacing:.1} mm");
                 let row = self.row(&method, false, |out| {
                     out.extend(
-                        self.poses
-                            .iter()
-                            .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting))),
+                        self.poses.iter().map(|(p, a)| lattice.at(p, &set.weights(a, weighting))),
                     );
                 });
                 row.step_of("interpolated lattice")

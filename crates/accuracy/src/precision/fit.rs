@@ -3,16 +3,18 @@
 
 use super::sampling::poses;
 use super::{Bench, Row, Settings, Stop, What};
-use crate::high::High;
-use crate::high_linear::dot;
+use crate::high::{High, Zero};
+use crate::high_linear::gradient;
 use faer::linalg::solvers::{Solve, SolveLstsq};
-use faer::{Mat, Side};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Mat, Par, Side};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::bernstein::{coefficient_count, products, push_products};
 use trackwright_field::fit::DEFAULT_RCOND;
-use trackwright_field::least_squares::{LeastSquares, Triangle};
+use trackwright_field::least_squares::{LeastSquares, Solution, Triangle};
 use trackwright_simulation::Scenario;
 
 /// Orders whose systems are solved, where not above the highest requested.
@@ -24,7 +26,7 @@ const CHARTED_ORDER: usize = 4;
 /// Largest wobble in millimetres that no polynomial fits, so that residuals are not zero.
 const WOBBLE_MM: f64 = 0.1;
 
-/// Steps of refinement; each gains what the condition leaves of 16 digits, here ten and more.
+/// Steps of refinement; each gains what the condition's square leaves of 16 digits, here eight and more.
 const REFINEMENTS: usize = 3;
 
 /// Positions at which a solution's field is compared with the reference.
@@ -44,7 +46,7 @@ pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
          wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
          thread. In the picture a line joins the orders of one method. The error is the \
          largest difference in position of the solution's field from that of the reference: \
-         the solution refined with residuals in 192 bits (Björck, BIT 7, 1967). The default \
+         the solution refined with residuals in 192 bits. The default \
          knows rank and condition from the extreme singular values of R, and takes the SVD \
          where the rank is not certainly full.",
         settings.samples
@@ -121,8 +123,12 @@ impl System {
         coefficient_count(self.order)
     }
 
+    fn rows(&self) -> Vec<Vec<f64>> {
+        self.unit_positions.iter().map(|at| products(self.order, at)).collect()
+    }
+
     fn matrix(&self) -> Mat<f64> {
-        let rows: Vec<_> = self.unit_positions.iter().map(|at| products(self.order, at)).collect();
+        let rows = self.rows();
         Mat::from_fn(rows.len(), self.unknowns(), |i, j| rows[i][j])
     }
 
@@ -130,62 +136,25 @@ impl System {
         Mat::from_fn(self.values.len(), VALUES, |i, k| self.values[i][k])
     }
 
-    /// The exact positions' solution of the system as its `f64` numbers stand, by refinement of
-    /// solution and residual together (Björck, BIT 7, 1967).
+    /// The exact positions' solution of the system as its `f64` numbers stand: what residuals in 192
+    /// bits leave of the gradient is taken off by the triangle of a QR, `dx = R⁻¹ R⁻ᵀ Aᵀ (b − A x)`.
     fn reference(&self) -> Option<Vec<[High; COMPARED]>> {
-        let (a, b) = (self.matrix(), self.right_side());
-        let (rows, unknowns) = (a.nrows(), a.ncols());
-        let exact = |m: &Mat<f64>| -> Vec<Vec<High>> {
-            let row = |i| (0..m.ncols()).map(|j| High::from(m[(i, j)])).collect();
-            (0..m.nrows()).map(row).collect()
-        };
-        let (by_row, by_column) = (exact(&a), exact(&a.transpose().to_owned()));
-        let qr = a.qr();
-        let (q, r) = (qr.compute_thin_Q(), qr.thin_R());
-        let mut x = vec![vec![High::zero(); unknowns]; COMPARED];
-        let mut residual = vec![vec![High::zero(); rows]; COMPARED];
-        for _ in 0..=REFINEMENTS {
-            // What the augmented system [I A; Aᵀ 0][r; x] = [b; 0] still misses.
-            let missed: Vec<[f64; COMPARED]> = (by_row.par_iter().enumerate())
-                .map(|(i, row)| {
-                    std::array::from_fn(|k| {
-                        let model = dot(row, &x[k]);
-                        (High::from(b[(i, k)]) - &residual[k][i] - model).to_f64()
-                    })
-                })
-                .collect();
-            let slope: Vec<[f64; COMPARED]> = by_column
-                .par_iter()
-                .map(|column| std::array::from_fn(|k| -dot(column, &residual[k]).to_f64()))
-                .collect();
-            let f = Mat::from_fn(rows, COMPARED, |i, k| missed[i][k]);
-            // dr = Q R⁻ᵀ g + (I - Q Qᵀ) f, R dx = Qᵀ f - R⁻ᵀ g.
-            let mut h = Mat::from_fn(unknowns, COMPARED, |j, k| slope[j][k]);
-            faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-                r.transpose(),
-                h.as_mut(),
-                faer::Par::Seq,
-            );
-            let along = q.transpose() * &f;
-            let mut step = &along - &h;
-            faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-                r,
-                step.as_mut(),
-                faer::Par::Seq,
-            );
-            let residual_step = &f + &q * (&h - &along);
-            for k in 0..COMPARED {
-                for (j, x) in x[k].iter_mut().enumerate() {
-                    *x = &*x + step[(j, k)];
-                }
-                for (i, residual) in residual[k].iter_mut().enumerate() {
-                    *residual = &*residual + residual_step[(i, k)];
-                }
+        let rows = self.rows();
+        let qr = self.matrix().qr();
+        let r = qr.thin_R();
+        let mut x = vec![vec![High::zero(); self.unknowns()]; COMPARED];
+        for (k, x) in x.iter_mut().enumerate() {
+            for _ in 0..=REFINEMENTS {
+                let (gradient, _) = gradient(&rows, |i| self.values[i][k], x);
+                let mut step = Mat::from_fn(x.len(), 1, |j, _| gradient[j]);
+                solve_lower_triangular_in_place(r.transpose(), step.as_mut(), Par::Seq);
+                solve_upper_triangular_in_place(r, step.as_mut(), Par::Seq);
+                x.iter_mut().enumerate().for_each(|(j, x)| *x += step[(j, 0)]);
             }
         }
-        let solution: Vec<[High; COMPARED]> =
-            (0..unknowns).map(|j| std::array::from_fn(|k| x[k][j].clone())).collect();
-        solution.iter().flatten().all(|v| v.to_f64().is_finite()).then_some(solution)
+        let is_finite = x.iter().flatten().all(|v| v.to_f64().is_finite());
+        let solution = (0..self.unknowns()).map(|j| std::array::from_fn(|k| x[k][j].clone()));
+        is_finite.then(|| solution.collect())
     }
 
     /// Largest difference of two solutions' fields over the probes.
@@ -205,14 +174,15 @@ impl System {
 
 /// What a fit does: the rank is certain from the extreme singular values of R, or its SVD decides.
 fn blocks(system: &System) -> Option<Mat<f64>> {
-    let found = triangle(system).solve(DEFAULT_RCOND, 0.0).ok()?.unknowns;
-    Some(Mat::from_fn(found.len(), VALUES, |i, k| found[i][k]))
+    Some(matrix_of(&triangle(system).solve(DEFAULT_RCOND, 0.0).ok()?))
 }
 
 fn blocks_then_svd(system: &System) -> Option<Mat<f64>> {
-    let decomposition = triangle(system).decompose().ok()?;
-    let found = decomposition.solve(DEFAULT_RCOND, 0.0).unknowns;
-    Some(Mat::from_fn(found.len(), VALUES, |i, k| found[i][k]))
+    Some(matrix_of(&triangle(system).decompose().ok()?.solve(DEFAULT_RCOND, 0.0)))
+}
+
+fn matrix_of(found: &Solution) -> Mat<f64> {
+    Mat::from_fn(found.unknowns.len(), VALUES, |i, k| found.unknowns[i][k])
 }
 
 fn triangle(system: &System) -> Triangle {
@@ -262,17 +232,11 @@ mod tests {
     fn the_reference_residual_is_perpendicular() {
         let system = system(4);
         let x = system.reference().unwrap();
-        let a = system.matrix();
-        let left: Vec<High> = (0..a.nrows())
-            .map(|i| {
-                let model: High = (0..a.ncols()).map(|l| &x[l][0] * a[(i, l)]).sum();
-                High::from(system.values[i][0]) - model
-            })
-            .collect();
-        for j in 0..a.ncols() {
-            let gradient: High = left.iter().enumerate().map(|(i, left)| left * a[(i, j)]).sum();
+        for k in 0..COMPARED {
+            let x: Vec<High> = x.iter().map(|x| x[k].clone()).collect();
+            let (gradient, _) = gradient(&system.rows(), |i| system.values[i][k], &x);
             // f64 alone would leave 1e-13 of it.
-            assert!(gradient.abs().to_f64() < 1e-22, "{gradient:?}");
+            assert!(gradient.iter().all(|g| g.abs() < 1e-22), "{gradient:?}");
         }
     }
 

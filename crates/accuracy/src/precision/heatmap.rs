@@ -8,6 +8,9 @@ use trackwright_task::Cancelled;
 /// The axis that the slice lies across.
 const NORMAL_AXIS: usize = 2;
 
+/// Cells along the longer side of a slice by default: the editor's.
+const CELLS: usize = 80;
+
 /// Coarser and finer than the program's own, in cells along a side.
 const FACTORS: [(usize, usize); 7] = [(1, 8), (1, 4), (1, 2), (3, 4), (1, 1), (2, 1), (4, 1)];
 
@@ -41,16 +44,12 @@ pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
     bench.steps = FACTORS.len() + 1;
     bench.next()?;
     for (up, down) in FACTORS {
-        let points = ((settings.slice_points - 1) * up / down).max(1) + 1;
+        let points = CELLS * up / down + 1;
         let (seconds, slice) = settings.timing.measure(|| sample(points));
         let error = largest_difference_mm(&slice?, &reference);
         let row = bench.row(&format!("{points} x {points} points"));
-        bench.family.rows.push(
-            row.measured(points * points, seconds, error)
-                .default_if(up == down)
-                .step_of("slice, filled in between its points"),
-        );
-        bench.next()?;
+        let row = row.measured(points * points, seconds, error).default_if(up == down);
+        bench.add(row.step_of("slice, filled in between its points"))?;
     }
     Ok(())
 }
@@ -80,8 +79,7 @@ mod tests {
     use trackwright_field::DistortionModel;
 
     fn errors(model: DistortionModel) -> Vec<(usize, f64)> {
-        let settings = Settings { slice_points: 33, slice_reference: 257, ..Settings::default() };
-        let family = testing::family(What::Heatmap, &testing::scenario(model), settings);
+        let family = testing::family(What::Heatmap, &testing::scenario(model), Settings::quick());
         family.rows.iter().map(|r| (r.size, r.error)).collect()
     }
 
@@ -108,7 +106,7 @@ mod tests {
         let model = along_x(3, (0..64).map(|i| 20.0 + (1.3 * f64::from(i)).sin()));
         let errors = errors(model);
         let of = |points: usize| errors.iter().find(|e| e.0 == points * points).unwrap().1;
-        for (coarse, fine) in [(9, 17), (17, 33), (33, 65)] {
+        for (coarse, fine) in [(11, 21), (21, 41), (41, 81)] {
             let ratio = of(coarse) / of(fine);
             assert!((3.2..4.8).contains(&ratio), "{coarse}: {ratio}");
         }

@@ -41,23 +41,15 @@ impl ValueLattice {
         bounds.size_mm().max() / (nodes.max(2) - 1) as f64
     }
 
-    /// The value for the axis of a number, between the eight nodes around a position in the box.
-    pub fn at(&self, position_mm: &Point3<f64>, axis: usize) -> Coefficient {
-        self.blend(position_mm, [axis; 3], [1.0, 0.0, 0.0])
-    }
-
-    /// The value for an axis between three that the lattice was made for.
-    pub fn at_weights(&self, position_mm: &Point3<f64>, w: &DirectionWeights) -> Coefficient {
-        self.blend(position_mm, w.directions, w.weights)
-    }
-
-    fn blend(&self, position_mm: &Point3<f64>, axes: [usize; 3], weights: [f64; 3]) -> Coefficient {
+    /// The value for an axis between three that the lattice was made for, between the eight nodes around
+    /// a position in the box.
+    pub fn at(&self, position_mm: &Point3<f64>, axis: &DirectionWeights) -> Coefficient {
         let n = self.nodes;
         let scaled = self.bounds.to_unit(position_mm) * (n - 1) as f64;
         let cell = scaled.map(|s| (s as usize).min(n - 2));
         let part = Vector3::from_fn(|k, _| scaled[k] - cell[k] as f64);
         let mut total = [0.0; 6];
-        for (axis, weight) in axes.into_iter().zip(weights) {
+        for (&axis, &weight) in axis.directions.iter().zip(&axis.weights) {
             if weight == 0.0 {
                 continue;
             }
@@ -88,7 +80,7 @@ mod tests {
         poses(model.bounds(), 2000, 11)
             .iter()
             .map(|(position, axis)| {
-                let found = lattice.at_weights(position, &set.weights(axis, model.weighting()));
+                let found = lattice.at(position, &set.weights(axis, model.weighting()));
                 let exact = model.evaluate(position, axis, OutsidePolicy::Clamp).error;
                 (exact.position_mm - Vector3::new(found[0], found[1], found[2])).norm()
             })

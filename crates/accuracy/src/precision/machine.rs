@@ -1,9 +1,7 @@
 //! The machine that times were measured on, as far as it reports it.
 
-use serde::Serialize;
-
 /// A processor and how it is used.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Machine {
     pub processor: String,
     /// Vector instructions that the field's evaluation runs on.

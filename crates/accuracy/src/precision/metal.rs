@@ -118,6 +118,9 @@ fn moved(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// By how much a sensor at a position along an axis is read off, where it is read.
+type Read<'a> = dyn Fn(&Point3<f64>, &Unit<Vector3<f64>>) -> Option<Vector3<f64>> + Sync + 'a;
+
 /// Poses read beside the plate, by its field and by harmonic functions.
 fn read(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
     let settings = bench.settings;
@@ -127,12 +130,11 @@ fn read(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
     let bounds = VOLUME.bounds();
     let (at, axes): (Vec<_>, Vec<_>) =
         poses(&bounds, settings.poses, settings.seed).into_iter().unzip();
-    let (seconds, exact) = settings.timing.measure(|| -> Vec<Option<Vector3<f64>>> {
-        let read = |(p, n): (&Point3<f64>, &Unit<Vector3<f64>>)| {
-            solved.read_axis(p, n).ok().map(|reading| reading.position_mm - p)
-        };
-        at.par_iter().zip(&axes).map(read).collect()
-    });
+    let each = |read: &Read| -> Vec<Option<Vector3<f64>>> {
+        at.par_iter().zip(&axes).map(|(p, n)| read(p, n)).collect()
+    };
+    let by_metal: &Read = &|p, n| solved.read_axis(p, n).ok().map(|read| read.position_mm - p);
+    let (seconds, exact) = settings.timing.measure(|| each(by_metal));
     let measured = |row: Row, seconds: f64, found: &[Option<Vector3<f64>>]| {
         let error = largest(found.iter().zip(&exact).map(|pair| match pair {
             (Some(a), Some(b)) => (a - b).norm(),
@@ -141,20 +143,15 @@ fn read(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
         }));
         row.measured(settings.poses, seconds, error)
     };
-    let itself = measured(row(bench, POSES, "the metal's field itself"), seconds, &exact);
-    bench.family.rows.push(itself);
-    bench.next()?;
+    bench.add(measured(row(bench, POSES, "the metal's field itself"), seconds, &exact))?;
     let model = &made.environment.model;
-    let (seconds, found) = settings.timing.measure(|| -> Vec<Option<Vector3<f64>>> {
-        let read = |(p, n): (&Point3<f64>, &Unit<Vector3<f64>>)| {
-            let read = model.evaluate(p, n, OutsidePolicy::Clamp);
-            read.is_inside.then_some(read.error.position_mm)
-        };
-        at.par_iter().zip(&axes).map(read).collect()
-    });
+    let by_room: &Read = &|p, n| {
+        let read = model.evaluate(p, n, OutsidePolicy::Clamp);
+        read.is_inside.then_some(read.error.position_mm)
+    };
+    let (seconds, found) = settings.timing.measure(|| each(by_room));
     let default = row(bench, POSES, "harmonic where within 0.01 mm, else itself");
-    bench.family.rows.push(measured(default, seconds, &found).default_if(true));
-    bench.next()?;
+    bench.add(measured(default, seconds, &found).default_if(true))?;
     for degree in DEGREES {
         let model = fitted(&solved, &bounds, degree, settings.seed)?;
         let (seconds, found) = settings.timing.measure(|| -> Vec<Option<Vector3<f64>>> {
@@ -169,8 +166,7 @@ fn read(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
             chunks.map(read).collect::<Vec<_>>().concat()
         });
         let row = row(bench, POSES, &format!("harmonic, degree {degree}")).step_of("harmonic");
-        bench.family.rows.push(Row { order: degree, ..measured(row, seconds, &found) });
-        bench.next()?;
+        bench.add(Row { order: degree, ..measured(row, seconds, &found) })?;
     }
     Ok(())
 }

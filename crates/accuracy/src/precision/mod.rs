@@ -21,6 +21,8 @@ mod testing;
 mod timing;
 mod uncertainty;
 
+#[cfg(test)]
+pub(crate) use inverse::fixed_point;
 pub use machine::Machine;
 pub use timing::Timing;
 
@@ -58,19 +60,32 @@ impl What {
         Self::Metal,
     ];
 
-    /// As it is called in JSON, and names files by.
-    pub fn name(self) -> &'static str {
+    /// Its name in JSON and of files, the heading of its part of the page, and what measures it.
+    fn parts(self) -> (&'static str, &'static str, Measure) {
         match self {
-            Self::Field => "field",
-            Self::Fit => "fit",
-            Self::Inverse => "inverse",
-            Self::Uncertainty => "uncertainty",
-            Self::Motion => "motion",
-            Self::Heatmap => "heatmap",
-            Self::Metal => "metal",
+            Self::Field => ("field", "Field", field::measure),
+            Self::Fit => ("fit", "Fit", fit::measure),
+            Self::Inverse => ("inverse", "Inverse", inverse::measure),
+            Self::Uncertainty => ("uncertainty", "Uncertainty", uncertainty::measure),
+            Self::Motion => ("motion", "Study", motion::measure),
+            Self::Heatmap => ("heatmap", "Slice", heatmap::measure),
+            Self::Metal => ("metal", "Metal", metal::measure),
         }
     }
+
+    /// As it is called in JSON, and names files by.
+    pub fn name(self) -> &'static str {
+        self.parts().0
+    }
+
+    /// Heading of its part of the page.
+    pub fn title(self) -> &'static str {
+        self.parts().1
+    }
 }
+
+/// Measures the rows of a family.
+type Measure = fn(&mut Bench) -> Result<(), Stop>;
 
 /// One way of computing something: what it costs, and how far off it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -169,8 +184,6 @@ pub struct Settings {
     pub samples: usize,
     /// Highest order that is fitted and evaluated.
     pub max_order: usize,
-    /// Points along the longer side of a slice by default: the editor's.
-    pub slice_points: usize,
     /// Points along the side of the slice that others are held against.
     pub slice_reference: usize,
     /// Poses that the range of motion is held against.
@@ -190,7 +203,6 @@ impl Default for Settings {
             poses: 4096,
             samples: 4000,
             max_order: 6,
-            slice_points: 81,
             slice_reference: 641,
             motion_reference: 131_072,
             monte_carlo_samples: 1_000_000,
@@ -235,18 +247,10 @@ impl Report {
     }
 }
 
-/// Measures all families.
+/// Measures all families, and shows each as soon as it is there.
 ///
 /// # Errors
 /// [`Cancelled`]. What cannot be measured for a scenario is left out with a reason.
-pub fn run(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Report, Cancelled> {
-    run_each(scenario, settings, task, |_| ())
-}
-
-/// [`run`], with each family shown as soon as it is there.
-///
-/// # Errors
-/// [`Cancelled`].
 pub fn run_each(
     scenario: &Scenario,
     settings: &Settings,
@@ -276,15 +280,7 @@ fn measure(
     let (about, charted) = (String::new(), String::new());
     let family = Family { what, about, rows: Vec::new(), charted, left_out: None };
     let mut bench = Bench { scenario, settings, task, family, number, done: 0, steps: 1 };
-    let measured = match what {
-        What::Field => field::measure(&mut bench),
-        What::Fit => fit::measure(&mut bench),
-        What::Inverse => inverse::measure(&mut bench),
-        What::Uncertainty => uncertainty::measure(&mut bench),
-        What::Motion => motion::measure(&mut bench),
-        What::Heatmap => heatmap::measure(&mut bench),
-        What::Metal => metal::measure(&mut bench),
-    };
+    let measured = what.parts().2(&mut bench);
     let mut family = bench.family;
     match measured {
         Ok(()) => mark_fronts(&mut family.rows),
@@ -338,6 +334,12 @@ impl<'a> Bench<'a> {
         Row::new(self.family.what, self.room(), &self.family.charted, method)
     }
 
+    /// A row that is measured, which is a step.
+    fn add(&mut self, row: Row) -> Result<(), Cancelled> {
+        self.family.rows.push(row);
+        self.next()
+    }
+
     /// One more step is done.
     fn next(&mut self) -> Result<(), Cancelled> {
         self.done += 1;
@@ -366,31 +368,19 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The Pareto front: what nothing else beats in both time and error.
-///
-/// Whether each `(seconds, error)` is on the front: no other is at least as good in both and
-/// better in one. Equals stand on it together; what is not a number never does.
-pub fn on_front(points: &[(f64, f64)]) -> Vec<bool> {
-    let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
-    points
-        .iter()
-        .map(|&p| !p.0.is_nan() && !p.1.is_nan() && !points.iter().any(|&q| beats(q, p)))
-        .collect()
-}
-
-/// Marks the rows that no other row of the same problem beats.
+/// Marks the Pareto front of each problem: the rows that no other row is at least as good as in both
+/// time and error and better in one. Equals stand on it together; what is not a number never does.
 fn mark_fronts(rows: &mut [Row]) {
-    let flags: Vec<bool> = (0..rows.len())
-        .map(|i| {
-            let own = &rows[i].problem;
-            let same: Vec<_> = (0..rows.len()).filter(|&j| rows[j].problem == *own).collect();
-            let points: Vec<_> = same.iter().map(|&j| (rows[j].seconds, rows[j].error)).collect();
-            let flags = on_front(&points);
-            same.iter().zip(flags).any(|(&j, flag)| j == i && flag)
-        })
-        .collect();
-    for (row, flag) in rows.iter_mut().zip(flags) {
-        row.on_front = flag;
+    let point = |row: &Row| (row.seconds, row.error);
+    let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
+    let is_on_front = |row: &Row| {
+        let mut same = rows.iter().filter(|other| other.problem == row.problem);
+        let own = point(row);
+        !own.0.is_nan() && !own.1.is_nan() && !same.any(|other| beats(point(other), own))
+    };
+    let flags: Vec<bool> = rows.iter().map(is_on_front).collect();
+    for (row, on_front) in rows.iter_mut().zip(flags) {
+        row.on_front = on_front;
     }
 }
 

@@ -6,7 +6,6 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
-use std::sync::Arc;
 use trackwright_result::with_separators;
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
@@ -36,8 +35,8 @@ pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
     let motion = scenario.motion.ok_or_else(|| bench.stop("the design has no range of motion"))?;
     bench.need_field("every tip error is zero")?;
     let sampling = Sampling::new(scenario, motion).map_err(|why| bench.stop(why))?;
-    let plans = sampling.plans();
-    bench.steps = plans.len() + 2;
+    let choices = sampling.choices();
+    bench.steps = 2 * choices.len() + 2;
     bench.next()?;
     let (of_grid, of_range) =
         references(&sampling, settings, cancel).map_err(|error| bench.stop(error))?;
@@ -52,23 +51,26 @@ pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
         of_range.std_error_mm
     );
     bench.next()?;
-    for plan in plans {
-        let all_poses = sampling.poses(&plan, settings.seed);
-        let reference = if plan.problem == GRID { of_grid } else { of_range.rms_mm };
-        let (seconds, first) = settings.timing.measure(|| rms(scenario, &all_poses[0], cancel));
-        let others = all_poses[1..].iter().map(|poses| rms(scenario, poses, cancel));
+    let problems =
+        [(GRID, of_grid, "of the grid"), (RANGE, of_range.rms_mm, "of the range")].into_iter();
+    for ((problem, reference, of), choice) in
+        problems.flat_map(|problem| choices.iter().map(move |choice| (problem, *choice)))
+    {
+        let all_poses = sampling.poses(choice, problem == GRID, settings.seed);
+        let (seconds, first) = settings.timing.measure(|| all_poses[0].rms(cancel));
+        let others = all_poses[1..].iter().map(|poses| poses.rms(cancel));
         let found: Result<Vec<f64>, StudyError> = [first].into_iter().chain(others).collect();
         bench.next()?;
         // A few poses may all be rejected; then there is no figure to compare.
         let Ok(found) = found else { continue };
         let squares = found.iter().map(|found| (found - reference).powi(2));
         let mean_square = squares.sum::<f64>() / found.len() as f64;
-        let row = Row::new(What::Motion, bench.room(), plan.problem, &plan.method());
-        bench.family.rows.push(
-            row.measured(all_poses[0].len(), seconds, mean_square.sqrt())
-                .default_if(plan.choice == Choice::Grid { stride: 1 } && plan.problem == GRID)
-                .step_of(&plan.series()),
-        );
+        let is_default = problem == GRID && choice == Choice::Grid { stride: 1 };
+        let (method, series) = choice.words();
+        let row = Row::new(What::Motion, bench.room(), problem, &method);
+        let row = row.measured(all_poses[0].count, seconds, mean_square.sqrt());
+        let row = row.default_if(is_default).step_of(&format!("{series}, RMS {of}"));
+        bench.family.rows.push(row);
     }
     Ok(())
 }
@@ -88,14 +90,12 @@ fn references(
     settings: &Settings,
     cancel: &CancelToken,
 ) -> Result<(f64, OfRange), StudyError> {
-    let scenario = sampling.scenario;
-    let of_grid = rms(scenario, &sampling.grid(1), cancel)?;
+    let of_grid = sampling.grid(1).rms(cancel)?;
     let count = settings.motion_reference / REFERENCE_SEQUENCES;
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed + 1);
     let squares = (0..REFERENCE_SEQUENCES)
         .map(|_| {
-            let mask = std::array::from_fn(|_| StandardUniform.sample(&mut rng));
-            let found = rms(scenario, &sampling.sobol(count, false, mask), cancel)?;
+            let found = sampling.sobol(count, false, &mut rng).rms(cancel)?;
             Ok(found * found)
         })
         .collect::<Result<Vec<f64>, StudyError>>()?;
@@ -113,41 +113,22 @@ fn references(
     ))
 }
 
-/// Tip error RMS over some poses.
-fn rms(scenario: &Scenario, poses: &Poses, cancel: &CancelToken) -> Result<f64, StudyError> {
-    let outcome = match poses {
-        Poses::Grid(motion, _) => {
-            let scenario = Scenario { motion: Some(*motion), ..scenario.clone() };
-            trackwright_simulation::run(&scenario, &Mode::Motion, cancel, None)
-        }
-        Poses::List(trials) => {
-            trackwright_simulation::run(scenario, &Mode::Input(trials.clone()), cancel, None)
-        }
-    };
-    outcome.map(|o| o.room_field.position_mm.rms())
-}
-
 /// Poses to visit.
-enum Poses {
-    Grid(Motion, usize),
-    List(Arc<[InputTrial]>),
+struct Poses {
+    scenario: Scenario,
+    mode: Mode,
+    count: usize,
 }
 
 impl Poses {
-    fn len(&self) -> usize {
-        match self {
-            Self::Grid(_, trials) => *trials,
-            Self::List(trials) => trials.len(),
-        }
+    /// Tip error RMS over them.
+    fn rms(&self, cancel: &CancelToken) -> Result<f64, StudyError> {
+        let outcome = trackwright_simulation::run(&self.scenario, &self.mode, cancel, None);
+        outcome.map(|o| o.room_field.position_mm.rms())
     }
 }
 
-/// One way to choose poses, and what for.
-struct Plan {
-    problem: &'static str,
-    choice: Choice,
-}
-
+/// One way to choose poses.
 #[derive(Clone, Copy, PartialEq)]
 enum Choice {
     /// The design's grid with steps so many times as long.
@@ -156,22 +137,14 @@ enum Choice {
     Sobol { count: usize },
 }
 
-impl Plan {
-    fn method(&self) -> String {
-        match self.choice {
-            Choice::Grid { stride: 1 } => "full grid".to_owned(),
-            Choice::Grid { stride } => format!("grid with steps {stride} times as long"),
-            Choice::Sobol { count } => format!("Sobol, {count} poses"),
+impl Choice {
+    /// The method's name, and its series'.
+    fn words(self) -> (String, &'static str) {
+        match self {
+            Self::Grid { stride: 1 } => ("full grid".to_owned(), "grids"),
+            Self::Grid { stride } => (format!("grid with steps {stride} times as long"), "grids"),
+            Self::Sobol { count } => (format!("Sobol, {count} poses"), "Sobol sequence"),
         }
-    }
-
-    fn series(&self) -> String {
-        let method = match self.choice {
-            Choice::Grid { .. } => "grids",
-            Choice::Sobol { .. } => "Sobol sequence",
-        };
-        let of = if self.problem == GRID { "of the grid" } else { "of the range" };
-        format!("{method}, RMS {of}")
     }
 }
 
@@ -200,32 +173,20 @@ impl<'a> Sampling<'a> {
         Ok(Self { scenario, motion, counts: grid.counts() })
     }
 
-    fn plans(&self) -> Vec<Plan> {
+    fn choices(&self) -> Vec<Choice> {
         let trials: usize = self.counts.iter().product();
         let grids = [1, 2, 4].map(|stride| Choice::Grid { stride });
-        let sequences = SOBOL_COUNTS
-            .into_iter()
-            .filter(|&count| count < trials)
-            .map(|count| Choice::Sobol { count });
-        let choices: Vec<_> = grids.into_iter().chain(sequences).collect();
-        [GRID, RANGE]
-            .into_iter()
-            .flat_map(|problem| choices.iter().map(move |&choice| Plan { problem, choice }))
-            .collect()
+        let counts = SOBOL_COUNTS.into_iter().filter(|&count| count < trials);
+        grids.into_iter().chain(counts.map(|count| Choice::Sobol { count })).collect()
     }
 
     /// The poses of a choice: one set, or one a shift of a sequence.
-    fn poses(&self, plan: &Plan, seed: u64) -> Vec<Poses> {
-        match plan.choice {
+    fn poses(&self, choice: Choice, of_grid: bool, seed: u64) -> Vec<Poses> {
+        match choice {
             Choice::Grid { stride } => vec![self.grid(stride)],
             Choice::Sobol { count } => {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                (0..SHIFTS)
-                    .map(|_| {
-                        let mask = std::array::from_fn(|_| StandardUniform.sample(&mut rng));
-                        self.sobol(count, plan.problem == GRID, mask)
-                    })
-                    .collect()
+                (0..SHIFTS).map(|_| self.sobol(count, of_grid, &mut rng)).collect()
             }
         }
     }
@@ -237,13 +198,15 @@ impl<'a> Sampling<'a> {
             axes[k].1.map(|range| AxisRange { step: range.step * stride as f64, ..range })
         });
         let motion = Motion { x, y, z, rx, ry, rz };
-        let trials = motion.grid(&self.scenario.crf_from_tool).map_or(0, |g| g.trials());
-        Poses::Grid(motion, trials)
+        let count = motion.grid(&self.scenario.crf_from_tool).map_or(0, |g| g.trials());
+        let scenario = Scenario { motion: Some(motion), ..self.scenario.clone() };
+        Poses { scenario, mode: Mode::Motion, count }
     }
 
-    /// Poses of a Sobol sequence, of the grid or of anywhere in the range. The mask shifts it bit by
-    /// bit, which leaves it as even as it is.
-    fn sobol(&self, count: usize, of_grid: bool, mask: [u32; 6]) -> Poses {
+    /// Poses of a Sobol sequence, of the grid or of anywhere in the range. A random mask shifts it bit
+    /// by bit, which leaves it as even as it is.
+    fn sobol(&self, count: usize, of_grid: bool, rng: &mut ChaCha8Rng) -> Poses {
+        let mask: [u32; 6] = std::array::from_fn(|_| StandardUniform.sample(rng));
         let axes = self.motion.axes();
         let params = JoeKuoD6::minimal();
         let trials = Sobol::<u32>::new(6, &params).take(count).map(|point| {
@@ -261,7 +224,8 @@ impl<'a> Sampling<'a> {
             });
             InputTrial::at(moved(&self.scenario.crf_from_tool, values))
         });
-        Poses::List(trials.collect())
+        let mode = Mode::Input(trials.collect());
+        Poses { scenario: self.scenario.clone(), mode, count }
     }
 }
 

@@ -13,19 +13,6 @@ pub const PICTURE: (u32, u32) = (900, 600);
 const DEFAULT: &str = "default";
 
 impl What {
-    /// Heading of its part of the page.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Field => "Field",
-            Self::Fit => "Fit",
-            Self::Inverse => "Inverse",
-            Self::Uncertainty => "Uncertainty",
-            Self::Motion => "Study",
-            Self::Heatmap => "Slice",
-            Self::Metal => "Metal",
-        }
-    }
-
     /// Name of its picture's file.
     pub fn picture(self) -> String {
         format!("precision-{}.svg", self.name())
@@ -205,55 +192,39 @@ fn error(value: f64, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::precision::testing;
 
     fn row(problem: &str, method: &str, seconds: f64, error: f64, on_front: bool) -> Row {
-        Row {
-            what: What::Motion,
-            method: method.to_owned(),
-            order: 2,
-            directions: 14,
-            size: 1000,
-            seconds,
-            error,
-            error_unit: "mm",
-            on_front,
-            is_default: method == "full",
-            problem: problem.to_owned(),
-            series: method.to_owned(),
-            is_step: false,
-        }
+        let row = testing::row(problem, method).measured(1000, seconds, error);
+        Row { on_front, ..row.default_if(method == "full") }
     }
 
     fn report() -> Report {
-        Report {
-            machine: Machine {
-                processor: "Some processor".into(),
-                vectors: "AVX-512",
-                threads: 2,
-                is_optimised: true,
-            },
-            room: "Room 7".into(),
-            families: vec![
-                Family {
-                    what: What::Motion,
-                    about: "About the study.".into(),
-                    rows: vec![
-                        row("grid", "full", 2e-3, 1e-9, true),
-                        row("grid", "half", 1e-3, 0.25, true),
-                        row("range", "half", 1e-3, 0.5, false),
-                    ],
-                    charted: "grid".into(),
-                    left_out: None,
-                },
-                Family {
-                    what: What::Heatmap,
-                    about: String::new(),
-                    rows: Vec::new(),
-                    charted: String::new(),
-                    left_out: Some("the room is ideal".into()),
-                },
+        let measured = Family {
+            what: What::Motion,
+            about: "About the study.".into(),
+            rows: vec![
+                row("grid", "full", 2e-3, 1e-9, true),
+                row("grid", "half", 1e-3, 0.25, true),
+                row("range", "half", 1e-3, 0.5, false),
             ],
-        }
+            charted: "grid".into(),
+            left_out: None,
+        };
+        let left_out = Family {
+            what: What::Heatmap,
+            about: String::new(),
+            rows: Vec::new(),
+            charted: String::new(),
+            left_out: Some("the room is ideal".into()),
+        };
+        let machine = Machine {
+            processor: "Some processor".into(),
+            vectors: "AVX-512",
+            threads: 2,
+            is_optimised: true,
+        };
+        Report { machine, room: "Room 7".into(), families: vec![measured, left_out] }
     }
 
     #[test]

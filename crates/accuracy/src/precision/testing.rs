@@ -1,9 +1,9 @@
 //! Rooms for the tests of this part of the program.
 use super::polynomial_room::in_polynomials;
-use super::{Family, Settings, Timing, What, measure};
+use super::{Family, Row, Settings, Timing, What, measure};
+use crate::stability::case;
 use std::sync::Arc;
 use trackwright_field::bernstein::control_points;
-use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -14,14 +14,14 @@ pub fn bounds() -> Bounds {
     Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]))
 }
 
-/// Coefficients of some millimetres, of no pattern that a method could lean on.
+/// Coefficients of no pattern that a method could lean on, up to 1 mm and 0.01 rad.
 pub fn model(order: usize, directions: DirectionSet, weighting: Weighting) -> DistortionModel {
-    let count = directions.len() * (order + 1).pow(3);
-    let coefficients = (0..count)
-        .map(|i| std::array::from_fn(|k| 3.0 * (1.7 * i as f64 + k as f64).sin()))
-        .collect();
-    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds(), coefficients)
-        .expect("finite coefficients")
+    case::model(order, directions, weighting, bounds(), 1).expect("finite coefficients")
+}
+
+/// A row of the study's in a room of order 2 with 14 orientations.
+pub fn row(problem: &str, method: &str) -> Row {
+    Row::new(What::Motion, &model(2, DirectionSet::Fourteen, Weighting::Area), problem, method)
 }
 
 /// A model whose values are x, y, z of the unit cube twice.

@@ -78,7 +78,8 @@ fn families_come_one_by_one_with_progress() {
 #[test]
 fn an_ideal_room_leaves_out_its_field() {
     let model = DistortionModel::zero(testing::bounds(), MapKind::Distortion);
-    let report = run(&testing::scenario(model), &Settings::quick(), &Task::default()).unwrap();
+    let scenario = testing::scenario(model);
+    let report = run_each(&scenario, &Settings::quick(), &Task::default(), |_| ()).unwrap();
     for family in &report.families {
         assert_eq!(family.rows.is_empty(), family.left_out.is_some());
     }
@@ -93,44 +94,28 @@ fn an_ideal_room_leaves_out_its_field() {
 fn a_cancelled_report_is_none() {
     let task = Task::default();
     task.cancel.cancel();
-    let report = run(&testing::built_in(), &Settings::quick(), &task);
+    let report = run_each(&testing::built_in(), &Settings::quick(), &task, |_| ());
     assert_eq!(report, Err(Cancelled));
 }
 
 #[test]
 fn what_is_slower_and_worse_is_not_on_the_front() {
-    let points = [(1.0, 9.0), (2.0, 4.0), (3.0, 5.0), (4.0, 1.0), (4.0, 2.0)];
-    assert_eq!(on_front(&points), [true, true, false, true, false]);
-}
-
-#[test]
-fn equals_share_the_front_and_nan_has_no_place() {
-    let points = [(1.0, 1.0), (1.0, 1.0), (0.5, f64::NAN), (f64::NAN, 0.0)];
-    assert_eq!(on_front(&points), [true, true, false, false]);
-}
-
-#[test]
-fn an_exact_result_is_on_the_front_once() {
-    let points = [(2.0, 0.0), (1.0, 0.0), (0.5, 1e-9)];
-    assert_eq!(on_front(&points), [false, true, true]);
-    assert_eq!(on_front(&[]), [false; 0]);
-}
-
-#[test]
-fn along_the_front_error_falls_as_time_grows() {
-    // A sequence without pattern.
-    let mut state = 7_u32;
-    let mut next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(state >> 16)
-    };
-    let points: Vec<_> = (0..200).map(|_| (next(), next())).collect();
-    let flags = on_front(&points);
-    let mut front: Vec<_> =
-        points.iter().zip(&flags).filter_map(|(&p, &f)| f.then_some(p)).collect();
-    front.sort_by(|a, b| a.0.total_cmp(&b.0));
-    assert!(front.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1));
-    for (p, _) in points.iter().zip(&flags).filter(|(_, f)| !**f) {
-        assert!(front.iter().any(|q| q.0 <= p.0 && q.1 <= p.1));
+    let nan = f64::NAN;
+    for (points, expected) in [
+        (
+            &[(1.0, 9.0), (2.0, 4.0), (3.0, 5.0), (4.0, 1.0), (4.0, 2.0)][..],
+            &[true, true, false, true, false][..],
+        ),
+        // Equals share the front, and what is not a number has no place.
+        (&[(1.0, 1.0), (1.0, 1.0), (0.5, nan), (nan, 0.0)], &[true, true, false, false]),
+        // An exact result is on it once.
+        (&[(2.0, 0.0), (1.0, 0.0), (0.5, 1e-9)], &[false, true, true]),
+        (&[], &[]),
+    ] {
+        let row = |&(seconds, error)| testing::row("problem", "method").measured(1, seconds, error);
+        let mut rows: Vec<Row> = points.iter().map(row).collect();
+        mark_fronts(&mut rows);
+        let found: Vec<bool> = rows.iter().map(|row| row.on_front).collect();
+        assert_eq!(found, expected, "{points:?}");
     }
 }

@@ -64,9 +64,7 @@ fn rows(bench: &mut Bench, scenario: &Scenario) -> Result<f64, UncertaintyError>
     bench.next()?;
     let (seconds, first) = settings.timing.measure(|| first_order(scenario));
     let error = (first?.rms_mm - reference.value).abs();
-    let row = bench.row("first order").measured(1, seconds, error);
-    bench.family.rows.push(row.default_if(true));
-    bench.next()?;
+    bench.add(bench.row("first order").measured(1, seconds, error).default_if(true))?;
     let (seconds, next) = settings.timing.measure(|| {
         let first = first_order(scenario)?;
         check_first_order(scenario, &first)
@@ -88,8 +86,7 @@ fn rows(bench: &mut Bench, scenario: &Scenario) -> Result<f64, UncertaintyError>
         }
         let error = (squares / seeds as f64).sqrt();
         let row = bench.row(&format!("Monte Carlo, {} samples", with_separators(count)));
-        bench.family.rows.push(row.measured(count, seconds, error).step_of("Monte Carlo"));
-        bench.next()?;
+        bench.add(row.measured(count, seconds, error).step_of("Monte Carlo"))?;
     }
     Ok(reference.std_error)
 }

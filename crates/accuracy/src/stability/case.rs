@@ -25,7 +25,7 @@ use trackwright_simulation::linear_fit::{
     RotationNotDetermined, SensorCovariance, point_covariance_mm2,
 };
 use trackwright_simulation::tool_in_crf::{RelativeError, relative_error};
-use trackwright_simulation::{RigidBody, Statistics};
+use trackwright_simulation::{RigidBody, Sensor, Statistics};
 use trackwright_task::Task;
 
 /// How much of the battery runs.
@@ -203,6 +203,12 @@ impl Sequence {
     }
 }
 
+/// A body of these sensors whose tip is its origin.
+pub fn body_of(sensors: impl IntoIterator<Item = Sensor>) -> RigidBody {
+    let sensors = sensors.into_iter().collect();
+    RigidBody { name: "body".to_owned(), tip_in_body: None, sensors }
+}
+
 /// A cube with one corner somewhere.
 pub fn cube(corner: [f64; 3], edge_mm: f64) -> Bounds {
     Bounds::from((corner, corner.map(|c| c + edge_mm)))
@@ -378,6 +384,16 @@ impl Family {
     /// A family without cases.
     pub fn new(name: &'static str, about: &'static str, quantities: &[Quantity]) -> Self {
         Self { name, about, quantities: quantities.to_vec(), cases: Vec::new() }
+    }
+
+    /// Adds a case with a single claim.
+    pub fn claim(
+        &mut self,
+        name: impl Into<String>,
+        claim: &'static str,
+        holds: impl Fn(&Methods) -> bool + Send + Sync + 'static,
+    ) {
+        self.cases.push(Case::new(name, move |m| Ok(vec![must(claim, holds(m))])));
     }
 
     /// With a case for each input, by its name: all that `run` measures on it.

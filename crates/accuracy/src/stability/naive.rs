@@ -1,7 +1,8 @@
 //! Textbook methods that lose digits: the battery has to find each of them out.
 
 use super::case::Methods;
-use nalgebra::{Complex, DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use crate::precision::fixed_point;
+use nalgebra::{Complex, DMatrix, Matrix3, Point3, Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::bernstein::products;
 use trackwright_field::evaluation::Matrix6x3;
@@ -10,7 +11,7 @@ use trackwright_field::inverse::InverseState;
 use trackwright_field::least_squares::Solution;
 use trackwright_field::samples::{PoseError, Sample};
 use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
-use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use trackwright_geometry::pose::{pose_from_parts, quaternion_from_matrix};
 use trackwright_geometry::rotation::AxisRotation;
 use trackwright_geometry::svd3::{Svd3, svd3};
 use trackwright_simulation::frame_fit::{FrameFit, FrameFitter};
@@ -44,23 +45,18 @@ fn by_normal_equations(rows: &[Vec<f64>], values: &[[f64; 6]], rcond: f64, ridge
     let normal = a.transpose() * &a;
     let eigen = normal.symmetric_eigen();
     let largest = eigen.eigenvalues.max();
-    let rotated = eigen.eigenvectors.transpose() * (a.transpose() * &b);
-    let kept: Vec<bool> = eigen.eigenvalues.iter().map(|&l| l > rcond * rcond * largest).collect();
-    let x = DMatrix::from_fn(a.ncols(), 6, |i, k| {
-        (0..a.ncols())
-            .filter(|&j| kept[j])
-            .map(|j| {
-                let damped = eigen.eigenvalues[j] + ridge * ridge * largest;
-                eigen.eigenvectors[(i, j)] * rotated[(j, k)] / damped
-            })
-            .sum()
+    let is_kept = |l: &f64| *l > rcond * rcond * largest;
+    let kept: Vec<f64> = eigen.eigenvalues.iter().copied().filter(is_kept).collect();
+    let inverse = eigen.eigenvalues.map(|l| match is_kept(&l) {
+        true => 1.0 / (l + ridge * ridge * largest),
+        false => 0.0,
     });
-    let smallest = eigen.eigenvalues.iter().zip(&kept).filter(|(_, k)| **k);
-    let smallest = smallest.map(|(&l, _)| l).fold(f64::INFINITY, f64::min);
+    let v = &eigen.eigenvectors;
+    let x = v * DMatrix::from_diagonal(&inverse) * v.transpose() * (a.transpose() * b);
     Solution {
         unknowns: (0..a.ncols()).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
-        rank: kept.iter().filter(|k| **k).count(),
-        condition: (largest / smallest).sqrt(),
+        rank: kept.len(),
+        condition: (largest / kept.into_iter().fold(f64::INFINITY, f64::min)).sqrt(),
     }
 }
 
@@ -123,33 +119,22 @@ pub const MONOMIALS: Methods = Methods {
             |n: usize, k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
         // B_i = Σ_p C(n, i) C(n − i, p − i) (−1)^(p − i) x^p
         let factor = |i: usize, p: usize| {
-            if p < i {
-                return 0.0;
-            }
             let sign = if (p - i).is_multiple_of(2) { 1.0 } else { -1.0 };
             binomial(n - 1, i) * binomial(n - 1 - i, p - i) * sign
         };
-        let w = model.directions().weights(axis, model.weighting());
+        let basis =
+            |k: usize, i: usize| (i..n).map(|p| factor(i, p) * u[k].powi(p as i32)).sum::<f64>();
+        let [x, y, z] = [0, 1, 2].map(|k| (0..n).map(|i| basis(k, i)).collect::<Vec<_>>());
         let mut values = [0.0; 6];
-        for (value, k) in values.iter_mut().zip(0..6) {
-            let mut cube: Vec<f64> = (0..n * n * n)
-                .map(|i| {
-                    let own = w.directions.iter().zip(&w.weights);
-                    own.map(|(&d, w)| w * model.coefficients()[d * n * n * n + i][k]).sum()
-                })
-                .collect();
-            for _ in 0..3 {
-                let lines: Vec<&[f64]> = cube.chunks_exact(n).collect();
-                cube = (0..n * n * n)
-                    .map(|j| (0..n).map(|i| factor(i, j / (n * n)) * lines[j % (n * n)][i]).sum())
-                    .collect();
+        let w = model.directions().weights(axis, model.weighting());
+        for (&direction, weight) in w.directions.iter().zip(&w.weights) {
+            let own = &model.coefficients()[direction * n * n * n..][..n * n * n];
+            for (i, coefficient) in own.iter().enumerate() {
+                let product = weight * x[i / (n * n)] * y[i / n % n] * z[i % n];
+                for (value, c) in values.iter_mut().zip(coefficient) {
+                    *value += product * c;
+                }
             }
-            *value = (0..n * n * n)
-                .map(|i| {
-                    let powers = [i / (n * n), i / n % n, i % n];
-                    (0..3).fold(cube[i], |v, k| v * u[k].powi(powers[k] as i32))
-                })
-                .sum();
         }
         PoseError::of_values(values)
     },
@@ -178,20 +163,9 @@ pub const DIFFERENCES: Methods = Methods {
 
 /// `p ← p_m − e(p)` a few times, whatever the map is like.
 pub const FIXED_POINT: Methods = Methods {
-    undistort: |model, measured, outside| {
-        let undone = |reading: &Pose| {
-            let mut guess = *reading;
-            for _ in 0..4 {
-                let at = Point3::from(guess.translation.vector);
-                let e = model.evaluate(&at, &(guess.rotation * Vector3::z_axis()), outside);
-                guess = pose_from_parts(
-                    reading.translation.vector - e.error.position_mm,
-                    UnitQuaternion::from_scaled_axis(-e.error.rotation_rad) * reading.rotation,
-                );
-            }
-            (Some(guess), InverseState::Converged)
-        };
-        measured.iter().map(undone).collect()
+    undistort: |model, measured, _| {
+        let poses = fixed_point(model, measured, 4).into_iter();
+        poses.map(|pose| (Some(pose), InverseState::Converged)).collect()
     },
     ..Methods::OWN
 };

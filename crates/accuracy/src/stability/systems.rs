@@ -2,7 +2,9 @@
 
 use super::case::{Quantity, Row};
 use crate::high::High;
-use crate::high_linear::{HighMatrix, least_squares, norm, reduce, svd, truncated_least_squares};
+use crate::high_linear::{
+    HighMatrix, least_squares, norm, reduce, svd, to_f64, truncated_least_squares,
+};
 use crate::references;
 
 /// Perturbation theory of least squares: an error of the matrix by epsilon moves the solution by
@@ -34,13 +36,12 @@ pub struct Reference {
 impl Reference {
     /// Least norm with a cutoff and a ridge, as `Decomposition::solve` has them.
     pub fn of(a: HighMatrix, b: HighMatrix, rcond: f64, ridge: f64) -> Self {
-        let unknowns = a.width();
-        let is_tall = a.rows() >= unknowns;
+        let unknowns = a.ncols();
+        let is_tall = a.nrows() >= unknowns;
         let reduced = if is_tall {
-            let nothing = HighMatrix::from_fn(a.rows(), 0, |_, _| High::zero());
-            reduce(a.clone(), nothing).r
+            reduce(a.clone(), HighMatrix::zeros(a.nrows(), 0)).r
         } else {
-            a.transposed()
+            a.transpose()
         };
         let singular = singular_values(&reduced);
         let largest = singular.first().copied().unwrap_or(0.0);
@@ -52,7 +53,9 @@ impl Reference {
             let x = least_squares(&a, &b);
             (x, unknowns, None, singular.last().copied().unwrap_or(0.0))
         } else if ridge > 0.0 {
-            let x = least_squares(&with_ridge(&a, damping), &with_zeros(&b, unknowns));
+            let below = HighMatrix::from_diagonal_element(unknowns, unknowns, damping.into());
+            let zeros = HighMatrix::zeros(unknowns, b.ncols());
+            let x = least_squares(&stacked(&a, &below), &stacked(&b, &zeros));
             let kept = singular.iter().filter(|&&s| s > 10.0 * rcond * largest).count();
             (x, kept, None, singular.last().copied().unwrap_or(0.0).hypot(damping))
         } else {
@@ -63,15 +66,13 @@ impl Reference {
             (t.x, t.rank, Some(cut / smallest), smallest)
         };
         let condition = if rank == 0 { 1.0 } else { largest.hypot(damping) / smallest };
-        let residual = a.times(&x).minus(&b);
-        let scales = x
-            .columns
-            .iter()
-            .zip(&residual.columns)
+        let residual = &a * &x - b;
+        let lengths = x.column_iter().zip(residual.column_iter());
+        let scales = lengths
             .map(|(x, r)| {
                 let residual_term =
-                    if largest > 0.0 { condition * norm(r).to_f64() / largest } else { 0.0 };
-                norm(x).to_f64() + residual_term
+                    if largest > 0.0 { condition * norm(&r).to_f64() / largest } else { 0.0 };
+                norm(&x).to_f64() + residual_term
             })
             .collect();
         Self { x, rank, unknowns, condition, scales, gap, reduced, is_plain: ridge == 0.0 }
@@ -87,11 +88,11 @@ impl Reference {
 
     /// Errors and scales of the six values, ready for [`Quantity::worst`].
     pub fn off_by(&self, found: &[[f64; 6]]) -> Vec<(f64, f64)> {
-        let expected = self.x.columns.iter().zip(&self.scales).enumerate();
+        let expected = self.x.column_iter().zip(&self.scales).enumerate();
         expected
             .map(|(k, (expected, &scale))| {
                 let found: Vec<f64> = found.iter().map(|x| x[k]).collect();
-                (references::distance(&found, expected), scale)
+                (references::distance(&found, &expected), scale)
             })
             .collect()
     }
@@ -108,29 +109,20 @@ impl Reference {
 
 /// Descending, in `f64`.
 pub fn singular_values(matrix: &HighMatrix) -> Vec<f64> {
-    if matrix.rows() == 0 || matrix.width() == 0 {
+    if matrix.is_empty() {
         return Vec::new();
     }
     // Entries beyond the range of f64's squares would be lost in it.
-    let matrix = matrix.to_f64();
-    match matrix.singular_values() {
+    match to_f64(matrix).singular_values() {
         Ok(values) => values,
         Err(_) => vec![f64::NAN],
     }
 }
 
-fn with_ridge(a: &HighMatrix, damping: f64) -> HighMatrix {
-    let rows = a.rows();
-    HighMatrix::from_fn(rows + a.width(), a.width(), |i, j| match i.checked_sub(rows) {
-        None => a.at(i, j).clone(),
-        Some(k) if k == j => High::from(damping),
-        Some(_) => High::zero(),
-    })
-}
-
-fn with_zeros(b: &HighMatrix, more: usize) -> HighMatrix {
-    let rows = b.rows();
-    HighMatrix::from_fn(rows + more, b.width(), |i, j| {
-        if i < rows { b.at(i, j).clone() } else { High::zero() }
+fn stacked(above: &HighMatrix, below: &HighMatrix) -> HighMatrix {
+    let rows = above.nrows();
+    HighMatrix::from_fn(rows + below.nrows(), above.ncols(), |i, j| match i.checked_sub(rows) {
+        None => above[(i, j)].clone(),
+        Some(i) => below[(i, j)].clone(),
     })
 }

@@ -68,12 +68,9 @@ impl Needle {
 }
 
 /// Numbers from -1 to 1, the same each time.
-fn random(mut state: u64) -> impl FnMut() -> f64 {
-    move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
+fn random(state: u64) -> impl FnMut() -> f64 {
+    let mut half = crate::surface::tests::random(state);
+    move || 2.0 * half()
 }
 
 /// The axis that is found of a needle that is moved at random, against the true one.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::mesh::MeshPart;
 use crate::orbit::{AxisEnd, OrbitCamera, Projection};
+use crate::surface::tests::cylinder;
 use nalgebra::UnitQuaternion;
 use std::f64::consts::TAU;
 
@@ -8,30 +8,11 @@ const RADIUS_MM: f64 = 1.5;
 const LENGTH_MM: f64 = 80.0;
 const SIDES: u32 = 24;
 
-/// A round shaft along z from the origin, beside z by `at_mm`, with a fan at each end.
+/// A round shaft along z from the origin, beside z by `at_mm`.
 fn shaft(at_mm: Vector3<f64>) -> SurfaceMesh {
-    let mut positions_mm =
-        vec![Point3::from(at_mm), Point3::from(at_mm) + Vector3::z() * LENGTH_MM];
-    for k in 0..SIDES {
-        let (sin, cos) = (TAU * f64::from(k) / f64::from(SIDES)).sin_cos();
-        let rim = Point3::from(at_mm) + Vector3::new(cos, sin, 0.0) * RADIUS_MM;
-        positions_mm.extend([rim, rim + Vector3::z() * LENGTH_MM]);
-    }
-    let rim = |k: u32, end: u32| 2 + 2 * (k % SIDES) + end;
-    let triangles = (0..SIDES)
-        .flat_map(|k| {
-            let [a, b, c, d] = [rim(k, 0), rim(k + 1, 0), rim(k, 1), rim(k + 1, 1)];
-            [[0, b, a], [1, c, d], [a, b, d], [a, d, c]]
-        })
-        .collect();
-    let part = MeshPart {
-        name: "shaft".to_owned(),
-        normals: vec![Vector3::z(); positions_mm.len()],
-        positions_mm,
-        triangles,
-        ..MeshPart::default()
-    };
-    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
+    let mut mesh = cylinder(RADIUS_MM, LENGTH_MM, SIDES);
+    mesh.parts[0].positions_mm.iter_mut().for_each(|at| *at += at_mm);
+    mesh
 }
 
 fn eye(end: AxisEnd, projection: Projection) -> Eye {

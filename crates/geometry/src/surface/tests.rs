@@ -56,7 +56,7 @@ fn rays_from_inside_or_past_the_body_miss() {
 }
 
 /// Numbers from -1/2 to 1/2, the same each time.
-fn random(mut state: u64) -> impl FnMut() -> f64 {
+pub(crate) fn random(mut state: u64) -> impl FnMut() -> f64 {
     move || {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5

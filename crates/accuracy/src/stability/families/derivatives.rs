@@ -108,9 +108,8 @@ impl Exact<'_> {
         let mut errors = Vec::new();
         for k in 0..3 {
             let step = High::from(size[k]) * STEP;
-            let mut aside = vector3([0.0; 3]);
-            aside[k] = step.clone();
-            let (a, b) = (sub3(&self.position, &aside), add3(&self.position, &aside));
+            let aside = High3::ith(k, step.clone());
+            let (a, b) = (&self.position - &aside, &self.position + &aside);
             let slope = self.slope([&a, &self.axis], [&b, &self.axis], &step);
             let column = found.column(k);
             errors.extend(parts(column.as_slice(), &slope, scales.map(|s| s * order / size[k])));
@@ -122,13 +121,13 @@ impl Exact<'_> {
         let (scales, weights) = self.sizes();
         let order = self.model.order() as f64;
         let aside = vector3([0.31, -0.42, 0.85]);
-        let first = unit3(&cross3(&self.axis, &aside));
-        let second = cross3(&self.axis, &first);
+        let first = unit3(&self.axis.cross(&aside));
+        let second = self.axis.cross(&first);
         let step = High::from(STEP);
         let mut errors = Vec::new();
         for tangent in [first, second] {
-            let by = scale3(&tangent, &step);
-            let (a, b) = (sub3(&self.axis, &by), add3(&self.axis, &by));
+            let by = &tangent * step.clone();
+            let (a, b) = (&self.axis - &by, &self.axis + &by);
             let slope = self.slope([&self.position, &a], [&self.position, &b], &step);
             // Exactly along the tangent: its rounding to f64 would be an error of the step.
             let along: Vec<f64> = (0..6)

@@ -187,9 +187,8 @@ fn rows(methods: &Methods, problem: &Problem) -> Found {
 }
 
 fn residual(fit: &Fit, reference: &Reference, a: &HighMatrix, b: &HighMatrix) -> Row {
-    let left = a.times(&reference.x).minus(b);
-    let squares: High = left.columns[..3].iter().map(|c| dot(c, c)).sum();
-    let exact = (squares / a.rows() as f64).sqrt();
+    let left = a * &reference.x - b;
+    let exact = norm(left.columns(0, 3)) / High::from(a.nrows() as f64).sqrt();
     let coefficients = fit.model.coefficients().iter();
     let largest = coefficients.flat_map(|c| &c[..3]).fold(0.0, |m: f64, v| m.max(v.abs()));
     let error = (High::from(fit.after.position_rms_mm) - exact).abs().to_f64();
@@ -202,31 +201,25 @@ fn systems(
     settings: &FitSettings,
     bounds: &Bounds,
 ) -> Vec<(HighMatrix, HighMatrix)> {
-    let order = settings.order;
-    let count = coefficient_count(order);
+    let count = coefficient_count(settings.order);
     let rows: Vec<Exact> = samples.iter().map(|s| Exact::of(s, settings, bounds)).collect();
     let sets = settings.directions.len();
     if settings.method == FitMethod::Joint {
         let a = HighMatrix::from_fn(rows.len(), sets * count, |i, j| {
-            let weight = rows[i].weights.of(j / count);
-            if weight > 0.0 { &rows[i].products[j % count] * weight } else { High::zero() }
+            &rows[i].products[j % count] * rows[i].weights.of(j / count)
         });
-        let b = HighMatrix::from_fn(rows.len(), 6, |i, k| High::from(rows[i].values[k]));
-        return vec![(a, b)];
+        return vec![(a, HighMatrix::from_fn(rows.len(), 6, |i, k| rows[i].values[k].into()))];
     }
-    (0..sets)
-        .map(|direction| {
-            let own: Vec<_> = rows
-                .iter()
-                .map(|r| (r.weights.of(direction), r))
-                .filter(|(w, _)| *w > 0.0)
-                .collect();
-            let a = HighMatrix::from_fn(own.len(), count, |i, j| &own[i].1.products[j] * own[i].0);
-            let b =
-                HighMatrix::from_fn(own.len(), 6, |i, k| High::from(own[i].1.values[k]) * own[i].0);
-            (a, b)
-        })
-        .collect()
+    let of_direction = |direction| {
+        let own = rows.iter().map(|r| (r.weights.of(direction), r)).filter(|(w, _)| *w > 0.0);
+        let own: Vec<_> = own.collect();
+        let value = |i: usize, k: usize| High::from(own[i].1.values[k]) * own[i].0;
+        (
+            HighMatrix::from_fn(own.len(), count, |i, j| &own[i].1.products[j] * own[i].0),
+            HighMatrix::from_fn(own.len(), 6, value),
+        )
+    };
+    (0..sets).map(of_direction).collect()
 }
 
 /// A sample as an exact row.
@@ -239,7 +232,7 @@ struct Exact {
 impl Exact {
     fn of(sample: &Sample, settings: &FitSettings, bounds: &Bounds) -> Self {
         let unit = references::unit_position(bounds, &point3(&sample.position_mm));
-        let [x, y, z] = unit.map(|u| references::basis(settings.order, &u));
+        let [x, y, z] = [0, 1, 2].map(|k| references::basis(settings.order, &unit[k]));
         Self {
             products: x
                 .iter()

@@ -138,17 +138,10 @@ pub(super) fn family(extent: Extent) -> Family {
 }
 
 fn five_dof(sensors: &[At], offset: [f64; 3]) -> RigidBody {
-    RigidBody {
-        name: "body".to_owned(),
-        tip_in_body: None,
-        sensors: sensors
-            .iter()
-            .map(|(position, axis)| {
-                let place = Point3::from(*position) + Vector3::from(offset);
-                Sensor::five_dof("", place, Unit::new_normalize((*axis).into()))
-            })
-            .collect(),
-    }
+    body_of(sensors.iter().map(|(position, axis)| {
+        let place = Point3::from(*position) + Vector3::from(offset);
+        Sensor::five_dof("", place, Unit::new_normalize((*axis).into()))
+    }))
 }
 
 /// Fully determined. `distortion` is in mm; in units of 0.01 rad it turns the sensors.
@@ -185,8 +178,7 @@ fn six_dof(count: usize) -> Setup {
     let mut sequence = Sequence::new(19);
     let sensors =
         (0..count).map(|_| Sensor::six_dof("", sequence.vector() * 40.0, sequence.rotation()));
-    let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() };
-    read(body, 100.0, HERE, 1.0)
+    read(body_of(sensors), 100.0, HERE, 1.0)
 }
 
 /// Rows of one fit; the exact one has to have the determinacy of the case, too.
@@ -201,7 +193,7 @@ fn rows(methods: &Methods, setup: &Setup) -> Found {
     };
     let pose = found.tracker_from_body;
     let rotation = pose.rotation.to_rotation_matrix();
-    let error = distance(rotation.matrix().transpose().as_slice(), &fitted.rotation.concat());
+    let error = distance(rotation.matrix().as_slice(), &fitted.rotation);
     rows.push(ROTATION.row(fitted.condition, error, 1.0));
     // 200 mm from the body's first sensor, where a needle's tip would be.
     let tip = setup.body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);

@@ -1,7 +1,9 @@
 //! Least squares beyond what can be solved in high precision directly.
 
 use super::prelude::*;
+use crate::high_linear::gradient;
 use crate::stability::systems::{SOLUTION, singular_values};
+use nalgebra::DVector;
 use trackwright_field::least_squares::LeastSquares;
 
 /// Twelve Bernstein polynomials an axis come to a condition of 1e10; none of them is cut off.
@@ -103,7 +105,7 @@ impl GridAxis {
         let matrix = HighMatrix::from_fn(nodes.len(), order + 1, |i, j| rows[i][j].clone());
         let s = singular_values(&matrix);
         Self {
-            inverse: least_squares(&matrix, &HighMatrix::identity(nodes.len())),
+            inverse: least_squares(&matrix, &HighMatrix::identity(nodes.len(), nodes.len())),
             matrix,
             condition: s[0] / s[s.len() - 1],
             largest: s[0],
@@ -112,15 +114,14 @@ impl GridAxis {
 
     /// A small matrix applied along each axis of a cube of numbers.
     fn each(&self, matrix: &HighMatrix, cube: &[High]) -> Vec<High> {
-        let (from, to) = (matrix.width(), matrix.rows());
-        let rows: Vec<Vec<High>> =
-            (0..to).map(|i| matrix.columns.iter().map(|c| c[i].clone()).collect()).collect();
+        let (to, from) = matrix.shape();
         // The last axis is worked on and becomes the first: three times brings all back.
         let mut now = cube.to_vec();
         for _ in 0..3 {
             let others = now.len() / from;
             let lines: Vec<&[High]> = now.chunks_exact(from).collect();
-            now = (0..to * others).map(|k| dot(&rows[k / others], lines[k % others])).collect();
+            let entry = |k| dot(matrix.row(k / others), lines[k % others]);
+            now = (0..to * others).map(entry).collect();
         }
         now
     }
@@ -146,36 +147,24 @@ fn refined(methods: &Methods, &order: &usize) -> Found {
     };
     let s = &svd.singular_values;
     let condition = s[0] / s[s.len() - 1];
-    let gradient = |x: &[High]| -> (Vec<f64>, f64) {
-        let mut gradient: Vec<High> = (0..unknowns).map(|_| High::zero()).collect();
-        let mut square = High::zero();
-        for (row, v) in rows.iter().zip(&values) {
-            let model: High = row.iter().zip(x).map(|(&a, x)| x * a).sum();
-            let left = High::from(v[0]) - model;
-            square += &left * &left;
-            for (g, &a) in gradient.iter_mut().zip(row) {
-                *g += &left * a;
-            }
-        }
-        (gradient.iter().map(High::to_f64).collect(), square.sqrt().to_f64())
-    };
+    let gradient = |x: &[High]| gradient(&rows, |i| values[i][0], x);
     let x: Vec<High> = found.unknowns.iter().map(|x| High::from(x[0])).collect();
     let (first, residual) = gradient(&x);
     // (AᵀA)⁻¹ g by the factors: V Λ⁻² Vᵀ g.
-    let mut step = vec![0.0; unknowns];
-    for (k, s) in s.iter().enumerate() {
+    let along = (0..s.len()).map(|k| {
         let along: f64 = (0..unknowns).map(|i| svd.v[(i, k)] * first[i]).sum();
-        for (i, step) in step.iter_mut().enumerate() {
-            *step += svd.v[(i, k)] * (along / s / s);
-        }
-    }
+        along / s[k] / s[k]
+    });
+    let along: Vec<f64> = along.collect();
+    let step = DVector::from_fn(unknowns, |i, _| {
+        along.iter().enumerate().map(|(k, along)| svd.v[(i, k)] * along).sum::<f64>()
+    });
     let refined: Vec<High> = x.iter().zip(&step).map(|(x, &d)| x + d).collect();
     let (second, _) = gradient(&refined);
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let shrinks = length(&second) <= SHRINKS * length(&first);
+    let [first, second] = [first, second].map(|g| DVector::from(g).norm());
     let scale = norm(&refined).to_f64() + condition * residual / s[0];
     Ok(vec![
-        REFINED.row(condition, length(&step), scale),
-        must("refinement shrinks the gradient", shrinks),
+        REFINED.row(condition, step.norm(), scale),
+        must("refinement shrinks the gradient", second <= SHRINKS * first),
     ])
 }

@@ -183,30 +183,26 @@ impl<'a> Equations<'a> {
     fn new(model: &'a DistortionModel, reading: &Pose) -> Self {
         let axis: Unit<Vector3<f64>> = reading.rotation * Vector3::z_axis();
         let first = trackwright_geometry::rotation::perpendicular(&axis).into_inner();
-        let turn = references::matrix(&references::quaternion(&reading.rotation));
+        let turn = matrix(&quaternion(&reading.rotation));
         Self {
             model,
             position: vector3(reading.translation.vector.into()),
-            axis: apply33(&turn, &vector3([0.0, 0.0, 1.0])),
+            axis: turn.column(2).into_owned(),
             tangents: [first, axis.cross(&first)],
         }
     }
 
     /// What is left of the five equations.
-    fn remainder(&self, at: &EvaluationPoint) -> Option<[High; 5]> {
+    fn remainder(&self, at: &EvaluationPoint) -> Option<Vector5<f64>> {
         let policy = OutsidePolicy::Clamp;
         let all = references::evaluate(self.model, &at.position, &at.axis, policy);
         let [x, y, z, rx, ry, rz] = all.into_iter().next()?.values;
-        let left = sub3(&add3(&at.position, &[x, y, z]), &self.position);
-        let turn = references::matrix(&references::exp(&[rx, ry, rz]));
-        let turned = apply33(&turn, &at.axis);
-        let [a, b] = self.tangents.map(|t| {
-            let t = vector3(t.into());
-            // The tangents are those of f64; the read axis has a little of them.
-            dot(&t, &turned) - dot(&t, &self.axis)
-        });
-        let [x, y, z] = left;
-        Some([x, y, z, a, b])
+        let [x, y, z] = (&at.position + High3::new(x, y, z) - &self.position).into();
+        let turned = matrix(&references::exp(&High3::new(rx, ry, rz))) * &at.axis;
+        // The tangents are those of f64; the read axis has a little of them.
+        let off = turned - &self.axis;
+        let [a, b] = self.tangents.map(|t| vector3(t.into()).dot(&off));
+        Some([x, y, z, a, b].map(|x| x.to_f64()).into())
     }
 
     /// To first order in the errors, which is enough to go by.
@@ -218,27 +214,19 @@ impl<'a> Equations<'a> {
         let e = (methods.evaluate)(self.model, &position, &axis, policy);
         let turn = UnitQuaternion::from_scaled_axis(e.rotation_rad);
         let turned = turn * axis.into_inner();
-        let mut jacobian = Matrix5::zeros();
-        for column in 0..5 {
-            let (change, moved, tilted) = if column < 3 {
-                let mut step = Vector3::zeros();
-                step[column] = 1.0;
-                (by_position.column(column).into_owned(), step, Vector3::zeros())
-            } else {
-                let step = self.tangents[column - 3];
-                (by_axis * step, Vector3::zeros(), turn * step)
+        let columns = [0, 1, 2, 3, 4].map(|column| {
+            let (change, moved, tilted) = match column {
+                0..3 => (by_position.column(column).into_owned(), Vector3::ith(column, 1.0), None),
+                _ => (by_axis * self.tangents[column - 3], Vector3::zeros(), Some(column - 3)),
             };
             let length: Vector3<f64> = change.fixed_rows::<3>(0) + moved;
             let rotation: Vector3<f64> = change.fixed_rows::<3>(3).into_owned();
+            let tilted = tilted.map_or(Vector3::zeros(), |k| turn * self.tangents[k]);
             let tilt = rotation.cross(&turned) + tilted;
-            for k in 0..3 {
-                jacobian[(k, column)] = length[k];
-            }
-            for k in 0..2 {
-                jacobian[(3 + k, column)] = self.tangents[k].dot(&tilt);
-            }
-        }
-        jacobian
+            let [a, b] = self.tangents.map(|tangent| tangent.dot(&tilt));
+            Vector5::new(length.x, length.y, length.z, a, b)
+        });
+        Matrix5::from_columns(&columns)
     }
 
     /// The exact answer near a start; `None` where the steps do not end.
@@ -249,14 +237,11 @@ impl<'a> Equations<'a> {
         scale: f64,
     ) -> Option<EvaluationPoint> {
         for _ in 0..STEPS {
-            let left = self.remainder(&at)?;
-            let left = Vector5::from(left.map(|x| x.to_f64()));
-            let step = inverse * left;
-            at.position = sub3(&at.position, &vector3([step[0], step[1], step[2]]));
+            let step = inverse * self.remainder(&at)?;
+            at.position -= vector3([step[0], step[1], step[2]]);
             let [first, second] = self.tangents.map(|t| vector3(t.into()));
-            let turn =
-                add3(&scale3(&first, &High::from(step[3])), &scale3(&second, &High::from(step[4])));
-            at.axis = unit3(&sub3(&at.axis, &turn));
+            let turn = first * High::from(step[3]) + second * High::from(step[4]);
+            at.axis = unit3(&(&at.axis - turn));
             if step.norm() < ARRIVED * scale {
                 return Some(at);
             }

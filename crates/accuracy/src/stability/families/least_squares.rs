@@ -138,8 +138,8 @@ fn graded_columns() -> System {
 
 fn rows(methods: &Methods, system: &System) -> Found {
     let unknowns = system.rows[0].len();
-    let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| High::from(system.rows[i][j]));
-    let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| High::from(system.values[i][k]));
+    let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| system.rows[i][j].into());
+    let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| system.values[i][k].into());
     let reference = Reference::of(a, b, RCOND, system.ridge);
     let Ok(found) = (methods.solve)(&system.rows, &system.values, RCOND, system.ridge) else {
         return Ok(vec![reference.noted(must("is solved", false))]);

@@ -14,12 +14,8 @@ const POSITION: Quantity = Quantity::new(
     "1 mm",
 );
 
-const DIRECTION: Quantity = Quantity::new(
-    "axis that is read, rad",
-    20.0,
-    "the signals' norm over what a mm least determined changes them by",
-    "1 mm at the lever of 100 mm",
-);
+const DIRECTION: Quantity =
+    Quantity { name: "axis that is read, rad", scale: "1 mm at the lever of 100 mm", ..POSITION };
 
 const SIGNALS: Quantity = Quantity::new(
     "signals of the pose that is read",

@@ -1,7 +1,6 @@
 //! What is not a number: refused with a reason, or handed on as what it is, and never a panic.
 
 use super::prelude::*;
-use crate::stability::case::Case;
 use trackwright_field::fit::FitError;
 use trackwright_field::model::ModelError;
 use trackwright_geometry::pose::pose_from_array;
@@ -12,17 +11,23 @@ const INF: f64 = f64::INFINITY;
 const NO_NUMBERS: [(&str, f64); 2] = [("NaN", NAN), ("infinity", INF)];
 
 pub(super) fn family(_: Extent) -> Family {
-    let mut cases = models();
-    cases.extend(evaluations());
-    cases.extend(fits());
-    cases.extend(frames());
+    let mut family = Family::new(
+        "not a number",
+        "NaN and infinity in every input: refused with a reason where something is made to \
+            last, propagated where it is computed once, never a panic and never a plausible \
+            number.",
+        &[],
+    );
+    for add in [models, evaluations, fits, frames] {
+        add(&mut family);
+    }
     for (name, value) in NO_NUMBERS {
-        cases.push(case(
+        family.claim(
             format!("a rotation vector with {name}"),
             "the rotation is not a number",
             move |m| (m.exp)(&Vector3::new(0.1, value, 0.2)).quaternion().w.is_nan(),
-        ));
-        cases.push(case(
+        );
+        family.claim(
             format!("a rotation matrix with {name}"),
             "the logarithm is not a number",
             move |m| {
@@ -30,66 +35,46 @@ pub(super) fn family(_: Extent) -> Family {
                 matrix[(0, 1)] = value;
                 (m.log_matrix)(&matrix).iter().any(|v| v.is_nan())
             },
-        ));
-        cases.push(case(format!("a pose with a quaternion of {name}"), "is no pose", move |_| {
+        );
+        family.claim(format!("a pose with a quaternion of {name}"), "is no pose", move |_| {
             pose_from_array([0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0]).is_none()
-        }));
-        cases.push(case(format!("singular values with {name}"), "are not numbers", move |m| {
+        });
+        family.claim(format!("singular values with {name}"), "are not numbers", move |m| {
             let svd = (m.svd3)(&Matrix3::repeat(value));
             svd.singular_values.iter().any(|v| !v.is_finite())
-        }));
+        });
     }
-    cases.push(case("statistics with NaN", "all figures are not numbers", |m| {
+    family.claim("statistics with NaN", "all figures are not numbers", |m| {
         (m.statistics)(&mut [1.0, NAN, 2.0])
             .is_some_and(|s| s.values().all(|(_, value)| value.is_nan()))
-    }));
-    cases.push(case("statistics with infinity", "the largest is infinite", |m| {
+    });
+    family.claim("statistics with infinity", "the largest is infinite", |m| {
         (m.statistics)(&mut [1.0, INF, 2.0]).is_some_and(|s| s.max() == INF && s.median() == 2.0)
-    }));
-    cases.push(case("statistics of nothing", "there are none", |m| {
-        (m.statistics)(&mut []).is_none()
-    }));
-    let family = Family::new(
-        "not a number",
-        "NaN and infinity in every input: refused with a reason where something is made to \
-            last, propagated where it is computed once, never a panic and never a plausible \
-            number.",
-        &[],
-    );
-    Family { cases, ..family }
+    });
+    family.claim("statistics of nothing", "there are none", |m| (m.statistics)(&mut []).is_none());
+    family
 }
 
-/// A case with a single claim.
-fn case(
-    name: impl Into<String>,
-    claim: &'static str,
-    holds: impl Fn(&Methods) -> bool + Send + Sync + 'static,
-) -> Case {
-    Case::new(name, move |m| Ok(vec![must(claim, holds(m))]))
-}
-
-fn models() -> Vec<Case> {
+fn models(family: &mut Family) {
     let made = |bounds: Bounds, value: f64| {
         DistortionModel::of_position(1, bounds, vec![[0.0, 0.0, value, 0.0, 0.0, 0.0]; 8])
     };
-    let mut cases = Vec::new();
     for (name, value) in NO_NUMBERS {
-        cases.push(case(format!("a model with a coefficient of {name}"), "refused", move |_| {
+        family.claim(format!("a model with a coefficient of {name}"), "refused", move |_| {
             matches!(made(cube([0.0; 3], 1.0), value), Err(ModelError::NotFinite(0)))
-        }));
-        cases.push(case(format!("a model with a box of {name}"), "refused", move |_| {
+        });
+        family.claim(format!("a model with a box of {name}"), "refused", move |_| {
             let bounds = Bounds::from(([0.0; 3], [1.0, value, 1.0]));
             matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
-        }));
+        });
     }
-    cases.push(case("a model with a box wider than numbers", "refused", move |_| {
+    family.claim("a model with a box wider than numbers", "refused", move |_| {
         let bounds = Bounds::from(([-1.5e308; 3], [1.5e308; 3]));
         matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
-    }));
-    cases
+    });
 }
 
-fn evaluations() -> Vec<Case> {
+fn evaluations(family: &mut Family) {
     let evaluated = |m: &Methods, p: [f64; 3], axis: [f64; 3], outside: OutsidePolicy| {
         let bounds = cube([-100.0; 3], 200.0);
         let model = model(3, DirectionSet::Fourteen, Weighting::Area, bounds, 1);
@@ -99,48 +84,47 @@ fn evaluations() -> Vec<Case> {
         })
     };
     let is_nan = |e: Option<PoseError>| e.is_some_and(|e| e.position_mm.iter().all(|v| v.is_nan()));
-    let mut cases = Vec::new();
     for (name, outside) in
         [("clamped", OutsidePolicy::Clamp), ("extrapolated", OutsidePolicy::Extrapolate)]
     {
-        cases.push(case(
+        family.claim(
             format!("the field at a position of NaN, {name}"),
             "the error is not a number",
             move |m| is_nan(evaluated(m, [0.0, NAN, 0.0], [0.0, 0.0, 1.0], outside)),
-        ));
+        );
     }
     for weighting in [Weighting::Area, Weighting::Gnomonic] {
         for outside in [OutsidePolicy::Clamp, OutsidePolicy::Extrapolate] {
             for (where_to, position, axis) in
                 [("at", [NAN, 0.0, 0.0], [0.0, 0.6, 0.8]), ("along", [1.0; 3], [0.0, NAN, 0.8])]
             {
-                cases.push(case(
+                family.claim(
                     format!("the field {where_to} NaN in batches, {outside:?}, {weighting:?}"),
                     "that error alone is not a number",
                     move |m| {
                         let found = by_all_ways(m, position, axis, outside, weighting);
                         found.is_some_and(|all| all.into_iter().all(|e| is_nan(Some(e))))
                     },
-                ));
+                );
             }
         }
     }
-    cases.push(case("the field at infinity, clamped", "the error on the box's face", move |m| {
+    family.claim("the field at infinity, clamped", "the error on the box's face", move |m| {
         let at = |x: f64| evaluated(m, [x, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Clamp);
         at(INF).is_some() && at(INF) == at(100.0) && at(-INF) == at(-100.0)
-    }));
-    cases.push(case("the field at infinity, extrapolated", "the error is not finite", move |m| {
+    });
+    family.claim("the field at infinity, extrapolated", "the error is not finite", move |m| {
         let e = evaluated(m, [INF, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Extrapolate);
         e.is_some_and(|e| e.position_mm.iter().all(|v| !v.is_finite()))
-    }));
+    });
     for (name, axis) in [("NaN", [0.0, NAN, 1.0]), ("infinity", [0.0, INF, 1.0])] {
-        cases.push(case(
+        family.claim(
             format!("the field along an axis of {name}"),
             "the error is not a number",
             move |m| is_nan(evaluated(m, [1.0; 3], axis, OutsidePolicy::Clamp)),
-        ));
+        );
         for weighting in [Weighting::Area, Weighting::Gnomonic] {
-            cases.push(case(
+            family.claim(
                 format!("{weighting:?} weights of an axis of {name}"),
                 "the weights are not numbers",
                 move |m| {
@@ -148,10 +132,9 @@ fn evaluations() -> Vec<Case> {
                     let w = (m.weights)(DirectionSet::FortyTwo, &axis, weighting);
                     w.weights.iter().any(|w| w.is_nan())
                 },
-            ));
+            );
         }
     }
-    cases
 }
 
 /// The answers of batches and of blended models at one pose, which is seen to among others that
@@ -204,7 +187,7 @@ fn samples(change: impl Fn(&mut Sample)) -> SampleSet {
     SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
-fn fits() -> Vec<Case> {
+fn fits(family: &mut Family) {
     type Change = fn(&mut Sample);
     let changes: [(&str, Change); 6] = [
         ("a position of NaN", |s| s.position_mm.x = NAN),
@@ -218,44 +201,34 @@ fn fits() -> Vec<Case> {
             s.axis = Unit::new_unchecked(Vector3::zeros());
         }),
     ];
-    let mut cases = Vec::new();
     for (name, change) in changes {
-        cases.push(case(
-            format!("a fit to {name}"),
-            "refused with the sample's number",
-            move |m| {
-                let settings = FitSettings::new(1, DirectionSet::Six);
-                let found = (m.fit)(&samples(change), &settings, None);
-                matches!(found, Err(FitError::NotFinite(17)))
-            },
-        ));
+        family.claim(format!("a fit to {name}"), "refused with the sample's number", move |m| {
+            let settings = FitSettings::new(1, DirectionSet::Six);
+            let found = (m.fit)(&samples(change), &settings, None);
+            matches!(found, Err(FitError::NotFinite(17)))
+        });
     }
     for (name, value) in [("NaN", NAN), ("infinity", INF), ("−1", -1.0)] {
-        cases.push(case(format!("a fit with a ridge of {name}"), "refused", move |m| {
+        family.claim(format!("a fit with a ridge of {name}"), "refused", move |m| {
             let settings = FitSettings { ridge: value, ..FitSettings::new(1, DirectionSet::Six) };
             matches!((m.fit)(&samples(|_| ()), &settings, None), Err(FitError::Ridge(_)))
-        }));
-        cases.push(case(format!("a fit with a cutoff of {name}"), "refused", move |m| {
+        });
+        family.claim(format!("a fit with a cutoff of {name}"), "refused", move |m| {
             let settings = FitSettings { rcond: value, ..FitSettings::new(1, DirectionSet::Six) };
             matches!((m.fit)(&samples(|_| ()), &settings, None), Err(FitError::Rcond(_)))
-        }));
+        });
     }
     for (name, value) in NO_NUMBERS {
-        cases.push(case(
-            format!("least squares with {name}"),
-            "refused, or not a number",
-            move |m| {
-                let mut rows = vec![vec![1.0, 2.0], vec![2.0, 1.0], vec![0.5, 3.0]];
-                rows[1][0] = value;
-                let solved = (m.solve)(&rows, &[[1.0; 6]; 3], 1e-10, 0.0);
-                solved.map_or(true, |s| s.unknowns.iter().flatten().any(|v| !v.is_finite()))
-            },
-        ));
+        family.claim(format!("least squares with {name}"), "refused, or not a number", move |m| {
+            let mut rows = vec![vec![1.0, 2.0], vec![2.0, 1.0], vec![0.5, 3.0]];
+            rows[1][0] = value;
+            let solved = (m.solve)(&rows, &[[1.0; 6]; 3], 1e-10, 0.0);
+            solved.map_or(true, |s| s.unknowns.iter().flatten().any(|v| !v.is_finite()))
+        });
     }
-    cases
 }
 
-fn frames() -> Vec<Case> {
+fn frames(family: &mut Family) {
     let fitted = |m: &Methods, place: f64, weight_mm: f64| -> Pose {
         let mut sequence = Sequence::new(91);
         let sensors: Vec<_> = (0..4)
@@ -269,36 +242,29 @@ fn frames() -> Vec<Case> {
             })
             .collect();
         readings[2].position_mm.x = place;
-        let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors };
-        (m.frame)(&body, weight_mm, &readings, &Pose::identity()).tracker_from_body
+        (m.frame)(&body_of(sensors), weight_mm, &readings, &Pose::identity()).tracker_from_body
     };
     let is_nan = |pose: &Pose| pose.translation.vector.iter().any(|v| !v.is_finite());
-    let mut cases = Vec::new();
     for (name, value) in NO_NUMBERS {
-        cases.push(case(
+        family.claim(
             format!("a frame from a reading of {name}"),
             "the pose is not finite",
             move |m| is_nan(&fitted(m, value, 100.0)),
-        ));
-        cases.push(case(
+        );
+        family.claim(
             format!("a frame with a weight of {name}"),
             "the pose is not finite",
             move |m| {
                 let pose = fitted(m, 0.0, value);
                 is_nan(&pose) || pose.rotation.quaternion().w.is_nan()
             },
-        ));
+        );
     }
-    cases.push(case("a frame from a reading turned by NaN", "the pose is not finite", move |m| {
+    family.claim("a frame from a reading turned by NaN", "the pose is not finite", move |m| {
         let nan = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(NAN, 0.0, 0.0, 0.0));
-        let body = RigidBody {
-            name: "body".to_owned(),
-            tip_in_body: None,
-            sensors: vec![Sensor::six_dof("", Point3::origin(), UnitQuaternion::identity())],
-        };
+        let body = body_of([Sensor::six_dof("", Point3::origin(), UnitQuaternion::identity())]);
         let reading = Reading { position_mm: Point3::origin(), rotation: nan };
         let pose = (m.frame)(&body, 100.0, &[reading], &Pose::identity()).tracker_from_body;
         pose.rotation.quaternion().w.is_nan()
-    }));
-    cases
+    });
 }

@@ -80,7 +80,7 @@ fn rotations(methods: &Methods, &angle: &f64) -> Found {
 
         // A matrix in f64 is a little off the rotation; so is its logarithm.
         let turn = matrix(&expected);
-        let found = (methods.log_matrix)(&Matrix3::from_fn(|i, j| turn[i][j].to_f64()));
+        let found = (methods.log_matrix)(&turn.map(|x| x.to_f64()));
         rows.push(log_matrix(&found, &exact, angle));
     }
     Ok(rows)
@@ -91,9 +91,8 @@ fn between_axes(methods: &Methods, &angle: &f64) -> Found {
     let rows = (0..12).map(|_| {
         let from = sequence.axis();
         let turn = unit3(&vector3(sequence.vector().cross(&from).into()));
-        let turn = matrix(&references::exp(&scale3(&turn, &High::from(angle))));
-        let to = apply33(&turn, &axis3(&from));
-        let to = Unit::new_unchecked(Vector3::from(to.map(|x| x.to_f64())));
+        let to = matrix(&references::exp(&(turn * High::from(angle)))) * axis3(&from);
+        let to = Unit::new_unchecked(to.map(|x| x.to_f64()));
         let found = (methods.axis_rotation)(&from, &to).vector_rad;
         let expected = references::axis_rotation(&axis3(&from), &axis3(&to));
         SMALLEST.row(1.0, distance(found.as_slice(), &expected), norm(&expected).to_f64())
@@ -127,10 +126,6 @@ fn exponential(found: &UnitQuaternion<f64>, expected: &[High; 4], angle: f64) ->
 /// At half a turn both signs of the axis are the same rotation.
 fn log_matrix(found: &Vector3<f64>, expected: &High3, angle: f64) -> Row {
     let near = distance(found.as_slice(), expected);
-    let error = if angle < PI {
-        near
-    } else {
-        near.min(distance(found.as_slice(), &scale3(expected, &-High::one())))
-    };
+    let error = if angle < PI { near } else { near.min(distance(found.as_slice(), &-expected)) };
     LOG_MATRIX.row(1.0, error, angle)
 }

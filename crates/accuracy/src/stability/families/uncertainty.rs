@@ -1,6 +1,7 @@
 //! First-order covariance of a fitted point, and the tip error itself.
 
 use super::prelude::*;
+use crate::references::cross_matrix;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_simulation::linear_fit::SensorCovariance;
 
@@ -78,14 +79,13 @@ fn not_determined(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
 /// Sensors along z, off that line by `aside_mm`.
 fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> RigidBody {
     let mut sequence = Sequence::new(61);
-    let sensors = (0..count).map(|i| {
+    body_of((0..count).map(|i| {
         let along = 25.0 * i as f64 / (count as f64 / 4.0);
         let aside = Vector3::new(sequence.signed(), sequence.signed(), 0.0) * aside_mm;
         let place = Vector3::new(0.0, 0.0, along) + aside + Vector3::repeat(offset_mm);
         let axis = sequence.axis();
         Sensor::five_dof("", place, if is_parallel { Vector3::z_axis() } else { axis })
-    });
-    RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
+    }))
 }
 
 fn covariance(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
@@ -101,9 +101,9 @@ fn covariance(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
     let found =
         (methods.covariance)(body, *weight_mm, &sensors, &tip).map_err(|_| "is determined")?;
     let exact = HighCovariance::of(body, *weight_mm, &sensors, &tip);
-    let expected = exact.covariance.concat();
+    let expected = exact.covariance;
     let scale = expected.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
-    let error = distance(found.transpose().as_slice(), &expected);
+    let error = distance(found.as_slice(), &expected);
     Ok(vec![COVARIANCE.row(exact.condition, error, scale)])
 }
 
@@ -121,44 +121,23 @@ impl HighCovariance {
         tip: &Point3<f64>,
     ) -> Self {
         let n = body.sensors.len() as f64;
-        let zero = || matrix_from_fn(|_, _| High::zero());
         let weight = High::from(weight_mm) * weight_mm;
         let own: Vec<_> = body.sensors.iter().map(|s| point3(&s.position_in_body)).collect();
-        let sum = own.iter().fold(vector3([0.0; 3]), |sum, p| add3(&sum, p));
-        let centroid = sum.map(|x| x / n);
-        let arms: Vec<_> = own.iter().map(|p| sub3(p, &centroid)).collect();
-        let seen: Vec<_> = body.sensors.iter().map(|s| seen(&s.orientation)).collect();
-        let mut a = zero();
-        for (x, seen) in arms.iter().zip(&seen) {
-            // |x|² I − x xᵀ = −[x]²
-            let square = times33(&cross_matrix(x), &cross_matrix(x));
-            for i in 0..3 {
-                for j in 0..3 {
-                    a[i][j] += &seen[i][j] * &weight - &square[i][j];
-                }
-            }
-        }
-        let values = Matrix3::from_fn(|i, j| a[i][j].to_f64()).symmetric_eigenvalues();
-        let inverse = inverse33(&a);
-        let lever = cross_matrix(&sub3(&point3(tip), &centroid));
-        let gain = times33(&lever, &inverse);
-        let mut covariance = zero();
-        for ((x, seen), c) in arms.iter().zip(&seen).zip(sensors) {
-            let turned = times33(&gain, &cross_matrix(x));
-            let j = matrix_from_fn(|i, k| {
-                let mean = if i == k { High::one() / n } else { High::zero() };
-                mean - &turned[i][k]
-            });
-            let turned = times33(&gain, seen);
-            let k = matrix_from_fn(|i, k| &turned[i][k] * &weight);
-            for (gain, c) in [(j, c.position_mm2), (k, c.rotation_rad2)] {
-                let c = matrix_from_fn(|i, k| High::from(c[(i, k)]));
-                let part = times33(&times33(&gain, &c), &transposed33(&gain));
-                for i in 0..3 {
-                    for k in 0..3 {
-                        covariance[i][k] += &part[i][k];
-                    }
-                }
+        let centroid = own.iter().sum::<High3>() / High::from(n);
+        let arms: Vec<_> = own.iter().map(|p| p - &centroid).collect();
+        let crosses: Vec<_> = arms.iter().map(cross_matrix).collect();
+        let seen: Vec<_> =
+            body.sensors.iter().map(|s| seen(&s.orientation) * weight.clone()).collect();
+        // |x|² I − x xᵀ = −[x]²
+        let terms = seen.iter().zip(&crosses).map(|(seen, cross)| seen - cross * cross);
+        let a: High33 = terms.sum();
+        let values = a.map(|x| x.to_f64()).symmetric_eigenvalues();
+        let gain = cross_matrix(&(point3(tip) - &centroid)) * inverse33(&a);
+        let mut covariance = High33::zeros();
+        for ((cross, seen), c) in crosses.iter().zip(&seen).zip(sensors) {
+            let j = High33::identity() / High::from(n) - &gain * cross;
+            for (gain, c) in [(j, c.position_mm2), (&gain * seen, c.rotation_rad2)] {
+                covariance += &gain * c.map(High::from) * gain.transpose();
             }
         }
         let longest = |points: &[High3]| {
@@ -173,21 +152,14 @@ impl HighCovariance {
 }
 
 fn seen(orientation: &SensorOrientation) -> High33 {
-    let identity = |i: usize, j: usize| if i == j { High::one() } else { High::zero() };
     match orientation {
-        SensorOrientation::Marker => matrix_from_fn(|_, _| High::zero()),
+        SensorOrientation::Marker => High33::zeros(),
         SensorOrientation::FiveDof(axis) => {
-            let n = vector3(Unit::into_inner(*axis).into());
-            matrix_from_fn(|i, j| identity(i, j) - &n[i] * &n[j])
+            let n = axis3(axis);
+            High33::identity() - &n * n.transpose()
         }
-        SensorOrientation::SixDof(_) => matrix_from_fn(|i, j| identity(i, j) * 2.0),
+        SensorOrientation::SixDof(_) => High33::identity() * High::from(2.0),
     }
-}
-
-/// `[x]` with `[x] y = x × y`.
-fn cross_matrix(x: &High3) -> High33 {
-    let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(vector3);
-    transposed33(&units.each_ref().map(|e| cross3(x, e)))
 }
 
 /// Of poses so far away, turned against each other by so much.
@@ -203,9 +175,9 @@ fn tip_error(methods: &Methods, &(place_mm, turn_rad): &(f64, f64)) -> Found {
         let found = (methods.relative_error)(&truth, &simulated, &tip);
         let at = |pose: &Pose| {
             let place = vector3(pose.translation.vector.into());
-            moved(&matrix(&quaternion(&pose.rotation)), &place, &point3(&tip))
+            matrix(&quaternion(&pose.rotation)) * point3(&tip) + place
         };
-        let expected = sub3(&at(&simulated), &at(&truth));
+        let expected = at(&simulated) - at(&truth);
         let scale = place_mm + tip.coords.norm();
         let error = distance(found.tip_error_in_crf_mm.as_slice(), &expected);
         rows.push(TIP_ERROR.row(1.0, error, scale));
@@ -219,10 +191,9 @@ fn tip_error(methods: &Methods, &(place_mm, turn_rad): &(f64, f64)) -> Found {
 
 /// `a b⁻¹`, up to its length.
 fn between(a: &[High; 4], b: &[High; 4]) -> [High; 4] {
-    let vector = |q: &[High; 4]| [q[1].clone(), q[2].clone(), q[3].clone()];
-    let (av, bv) = (vector(a), vector(b).map(|x| -x));
-    let cross = cross3(&av, &bv);
-    let scalar = &a[0] * &b[0] - dot(&av, &bv);
-    let [x, y, z]: High3 = std::array::from_fn(|k| &av[k] * &b[0] + &bv[k] * &a[0] + &cross[k]);
+    let vector = |[_, x, y, z]: &[High; 4]| High3::new(x.clone(), y.clone(), z.clone());
+    let (av, bv) = (vector(a), -vector(b));
+    let scalar = &a[0] * &b[0] - av.dot(&bv);
+    let [x, y, z] = (&av * b[0].clone() + &bv * a[0].clone() + av.cross(&bv)).into();
     [scalar, x, y, z]
 }
