@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DATA = REPOSITORY / "tests" / "data"
+
+# What the program remembers is not for the person who runs the tests.
+os.environ["TRACKWRIGHT_STATE"] = tempfile.mkdtemp()
 
 
 class Program:

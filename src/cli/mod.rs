@@ -61,7 +61,7 @@ pub struct Cli {
     /// Design to open in the editor (*.design.ron); the built-in one where none is named
     design: Option<PathBuf>,
 
-    /// Write over documents that other programs or commands wrote; a file that the command reads is
+    /// Write over files that no command wrote, or that somebody has changed since; a file that the command reads is
     /// never written over
     #[arg(long, global = true)]
     overwrite: bool,
@@ -218,4 +218,44 @@ fn open_editor(cli: &Cli, files: &Files) -> anyhow::Result<()> {
 /// Prints why a command failed.
 pub fn report(error: &anyhow::Error) {
     output::note(&format!("error: {error:#}"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The names of all commands, those of groups with the group's before theirs.
+    fn names(command: &Command) -> Vec<String> {
+        let of = |own: &Command| {
+            let below = names(own).into_iter().map(|name| format!("{} {name}", own.get_name()));
+            match own.is_subcommand_required_set() {
+                true => below.collect(),
+                false => below.chain([own.get_name().to_owned()]).collect::<Vec<_>>(),
+            }
+        };
+        command.get_subcommands().flat_map(of).collect()
+    }
+
+    #[test]
+    fn each_command_is_in_the_reference() {
+        let page = include_str!("../../docs/reference/commands.md");
+        let all = Cli::command().subcommands(subcommands().into_iter().map(|own| own.command));
+        let names = names(&all);
+        assert!(names.len() > 25, "{names:?}");
+        // A group is one line there: `export field\|poses\|tips`.
+        let rows: Vec<String> = page.lines().map(|line| line.replace("\\|", " ")).collect();
+        let has = |name: &str| {
+            let words: Vec<&str> = name.split(' ').collect();
+            let is_row = |row: &String| {
+                row.split('`').any(|code| {
+                    let mut code = code.split(' ');
+                    code.next() == Some(words[0])
+                        && words[1..].iter().all(|word| code.any(|own| own == *word))
+                })
+            };
+            rows.iter().any(is_row)
+        };
+        let missing: Vec<&String> = names.iter().filter(|name| !has(name)).collect();
+        assert!(missing.is_empty(), "docs/reference/commands.md lacks {missing:?}");
+    }
 }

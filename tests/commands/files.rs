@@ -135,7 +135,7 @@ fn no_command_writes_over_its_input() {
 }
 
 #[test]
-fn an_existing_document_stays_without_overwrite() {
+fn what_a_person_made_or_changed_stays() {
     let scratch = folder();
     let design = fs::read(scratch.path("d/other.design.ron")).unwrap();
     for (args, _, ending) in WRITERS.iter().filter(|(args, ..)| can_run(args)) {
@@ -150,6 +150,13 @@ fn an_existing_document_stays_without_overwrite() {
         for overwriting in [" --overwrite", ""] {
             scratch.succeed(args.replace("OUT", &out) + overwriting);
         }
+        // One of its own that a person has changed since.
+        let mut changed = fs::read(scratch.path(&out)).unwrap();
+        changed.push(b'\n');
+        scratch.write(&out, &changed);
+        let message = refused(&scratch, &args.replace("OUT", &out));
+        assert!(message.contains("somebody has changed since"), "{args}: {message}");
+        assert_eq!(fs::read(scratch.path(&out)).unwrap(), changed);
         fs::remove_dir_all(scratch.path("out")).unwrap();
     }
 }

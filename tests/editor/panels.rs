@@ -213,7 +213,7 @@ fn the_result_shows_the_commands_digits() {
     harness.run_steps(20);
     for label in ["tip error RMS", "tip error max", "angle error mean"] {
         let row = rows.iter().find(|row| row.label == label).unwrap();
-        let text = format!("{}{}", row.value, unit(row.unit));
+        let text = format!("{}{}", row.value_text(), unit(row.unit));
         assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
     }
     harness.get_by_label("Sensor shaft of the tool carries all");

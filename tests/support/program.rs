@@ -11,12 +11,13 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 use trackwright_field::Environment;
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
+use trackwright_project::{Files, STATE_VARIABLE};
 
 /// The program with arguments, ready to run.
 pub fn trackwright(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trackwright"));
-    command.args(args);
+    // What it remembers is not for the person who runs the tests.
+    command.args(args).env(STATE_VARIABLE, concat!(env!("CARGO_TARGET_TMPDIR"), "/state"));
     command
 }
 

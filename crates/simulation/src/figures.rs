@@ -7,7 +7,7 @@ use super::scenario::Scenario;
 use super::weak_rotation::WeakRotation;
 use nalgebra::{Unit, Vector3};
 use serde::Serialize;
-use trackwright_result::with_separators;
+use trackwright_result::{Row, count, number, text, with_separators};
 
 /// What a study comes to where the room's model is taken for its field: the paper's simulation. What is
 /// known of the figures is in [`Figures`](super::figure::Figures).
@@ -67,6 +67,9 @@ pub struct FreeRotation {
     pub reach_mm: f64,
 }
 
+/// Digits of a figure for people.
+pub(super) const DECIMALS: usize = 4;
+
 /// Reach of a free rotation that is round-off: the tip lies on the axis, as that of a needle with one
 /// sensor in its shaft.
 const NO_REACH_MM: f64 = 1e-6;
@@ -119,25 +122,6 @@ impl FreeRotation {
     }
 }
 
-/// One figure for a person: the command line and the editor show the same digits.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FigureRow {
-    pub of: RowOf,
-    pub label: String,
-    pub value: String,
-    pub unit: &'static str,
-}
-
-/// What a row is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RowOf {
-    Metric(Metric),
-    /// The part of it that a free rotation cannot change.
-    Determined(Metric),
-    /// A count, a share, a standard error.
-    Other,
-}
-
 impl RoomFieldFigures {
     /// The value of a figure, mm or degrees.
     pub fn value(&self, metric: Metric) -> f64 {
@@ -150,40 +134,25 @@ impl RoomFieldFigures {
     }
 }
 
-/// The figures as rows of label, value and unit.
-pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<FigureRow> {
-    let row = |of, label: String, value: f64, unit| FigureRow {
-        of,
-        label,
-        value: format!("{value:.4}"),
-        unit,
-    };
-    let mut rows: Vec<FigureRow> = Metric::printed()
-        .map(|m| row(RowOf::Metric(m), m.label().to_owned(), figures.value(m), m.unit()))
-        .collect();
+/// The figures as rows. Those of a metric have its name as key, their determined parts that with
+/// `_determined`, others none.
+pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<Row> {
+    let of = |m: Metric| number(m.name(), m.label(), figures.value(m), DECIMALS, m.unit());
+    let mut rows: Vec<Row> = Metric::printed().map(of).collect();
     if let Some(determined) = &figures.position_mm_determined {
         rows.extend([Metric::TIP_RMS, Metric::TIP_MAX].map(|m| {
-            let label = format!("{}, determined part", m.label());
-            row(RowOf::Determined(m), label, determined.get(m.summary), m.unit())
+            let (key, label) =
+                (format!("{}_determined", m.name()), format!("{}, determined part", m.label()));
+            number(key, label, determined.get(m.summary), DECIMALS, m.unit())
         }));
     }
-    let before_counts = rows.len();
-    let mut counts = vec![
-        ("trials", figures.trials),
-        ("trials with a sensor outside the model's box", figures.outside),
-        ("trials with a sensor out of the volume", figures.out_of_volume),
-    ];
+    rows.push(count("", "trials", figures.trials));
+    rows.push(text("", "worst trial", trial_number(figures.worst.trial)));
+    rows.push(count("", "trials with a sensor outside the model's box", figures.outside));
+    rows.push(count("", "trials with a sensor out of the volume", figures.out_of_volume));
     if figures.rejected > 0 {
-        counts.push(("trials left out", figures.rejected));
+        rows.push(count("", "trials left out", figures.rejected));
     }
-    rows.extend(counts.into_iter().map(|(label, value)| FigureRow::count(label, value)));
-    let worst = FigureRow {
-        of: RowOf::Other,
-        label: "worst trial".to_owned(),
-        value: trial_number(figures.worst.trial),
-        unit: "",
-    };
-    rows.insert(before_counts + 1, worst);
     rows
 }
 
@@ -195,13 +164,6 @@ pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<FigureRow> {
 /// ```
 pub fn trial_number(index: usize) -> String {
     with_separators(index + 1)
-}
-
-impl FigureRow {
-    /// A number of things.
-    pub fn count(label: &str, value: usize) -> Self {
-        Self { of: RowOf::Other, label: label.to_owned(), value: with_separators(value), unit: "" }
-    }
 }
 
 /// How far something is from where it was, with its sign; nothing has none.

@@ -104,7 +104,7 @@ pub use error_sources::{ErrorSources, TrialSource, error_sources, source_words, 
 pub use expected::{Expected, ExpectedError, expected};
 pub use explain::{Deed, Explained, explain};
 pub use figure::{Basis, Figure, Figures, NoInterval};
-pub use figures::{FigureRow, RoomFieldFigures, RowOf, figure_rows};
+pub use figures::{RoomFieldFigures, figure_rows};
 pub use frame_fit::Determination;
 pub use judgement::{JudgedBound, Judgement, Undecided, Verdict};
 pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};

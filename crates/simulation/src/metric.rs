@@ -101,7 +101,7 @@ const fn summary(
 }
 
 /// In the order of files; sums before what reorders the sample.
-const SUMMARIES: [SummaryRow; 7] = [
+const SUMMARIES: &[SummaryRow] = &[
     summary(
         Summary::Rms,
         [
@@ -330,9 +330,9 @@ impl Row {
 }
 
 /// In the order of files: tip before angle.
-const TABLE: [Row; 14] = {
+const TABLE: &[Row] = {
     use Panel::{Brief, Full};
-    [
+    &[
         row(Metric::TIP_RMS, ["position_rms", "tip error RMS"], 0)
             .panel(Brief)
             .large()
@@ -418,17 +418,17 @@ impl Metric {
 
     /// Those that a requirement can bound, which are shown where there is no room for all.
     pub fn bounded() -> impl Iterator<Item = Self> + Clone {
-        TABLE.into_iter().filter(|row| row.bound.is_some()).map(|row| row.metric)
+        TABLE.iter().filter(|row| row.bound.is_some()).map(|row| row.metric)
     }
 
     /// Those that a decision keeps.
     pub fn decided() -> impl Iterator<Item = Self> + Clone {
-        TABLE.into_iter().filter(|row| row.is_decided).map(|row| row.metric)
+        TABLE.iter().filter(|row| row.is_decided).map(|row| row.metric)
     }
 
     /// All, in the order in which they are printed.
     pub fn printed() -> impl Iterator<Item = Self> {
-        let mut rows = TABLE;
+        let mut rows = TABLE.to_vec();
         rows.sort_by_key(|row| (row.metric.of == ErrorOf::Angle, row.printed));
         rows.into_iter().map(|row| row.metric)
     }

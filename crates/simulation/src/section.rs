@@ -1,15 +1,12 @@
 //! A study as a result.
 
 use super::figure::{Figure, Figures, NoInterval};
-use super::figures::{FigureRow, RoomFieldFigures, figure_rows, trial_number};
+use super::figures::{DECIMALS, RoomFieldFigures, figure_rows, trial_number};
 use super::judgement::JudgedBound;
 use super::study::Study;
 use super::trial::Trial;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_result::{Row, Section, count, data, number, text};
-
-/// Decimals of a figure.
-const DECIMALS: usize = 4;
 
 impl Figure {
     /// The figure with its interval, for people alone.
@@ -128,8 +125,8 @@ impl RoomFieldFigures {
 
     /// The paper's simulation for people; programs have it in [`RoomFieldFigures::section`].
     pub fn paper_section(&self, single: Option<&Trial>) -> Section {
-        let shown = |row: FigureRow| Row { unit: row.unit, ..text("", row.label, row.value) };
-        let mut rows: Vec<Row> = figure_rows(self).into_iter().map(shown).collect();
+        let for_people = |row: Row| Row { key: "".into(), ..row };
+        let mut rows: Vec<Row> = figure_rows(self).into_iter().map(for_people).collect();
         let mut poses = Vec::new();
         if let Some(trial) = single {
             let error_mm = trial.tip_error_in_crf_mm;

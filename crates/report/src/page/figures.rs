@@ -97,7 +97,7 @@ pub fn table(report: &Report) -> Markup {
                     @for row in &rows {
                         tr {
                             th scope="row" { (row.label) }
-                            td class="number" { (row.value) }
+                            td class="number" { (row.value_text()) }
                             td class="unit" { (row.unit) }
                         }
                     }

@@ -48,7 +48,7 @@ fn figures_are_those_of_the_command_line() {
         let study = ReportedStudy::run(&world, Mode::Motion, &CancelToken::default()).unwrap();
         let expected: Vec<Vec<String>> = figure_rows(&study.study.room_field)
             .into_iter()
-            .map(|row| vec![row.label, row.value, row.unit.to_owned()])
+            .map(|row| vec![row.label.to_string(), row.value_text(), row.unit.to_owned()])
             .collect();
         assert_eq!(found, expected, "{name}");
         assert!(html.len() < 15_000_000, "{name}: {}", html.len());

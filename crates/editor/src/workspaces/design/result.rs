@@ -15,11 +15,10 @@ use bevy_egui::egui::{
     WidgetText,
 };
 use trackwright_design::Document;
-use trackwright_result::with_separators;
+use trackwright_result::{Row, number, with_separators};
 use trackwright_simulation::figures::{capitalised, with_minus_signs};
 use trackwright_simulation::{
-    ErrorOf, Figure, FigureRow, Figures, Metric, RoomFieldFigures, RowOf, Study, Undecided,
-    Verdict, figure_rows,
+    ErrorOf, Figure, Figures, Metric, RoomFieldFigures, Study, Undecided, Verdict, figure_rows,
 };
 
 /// What the panel shows.
@@ -78,15 +77,7 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
     ui.add_space(6.0);
     figures_ui(ui, figures);
     if let Some(Ok(scatter)) = &result.results.scatter {
-        figure_ui(
-            ui,
-            &FigureRow {
-                of: RowOf::Other,
-                label: "tip jitter RMS, this pose".to_owned(),
-                value: format!("{:.4}", scatter.rms_mm),
-                unit: "mm",
-            },
-        );
+        figure_ui(ui, &number("", "tip jitter RMS, this pose", scatter.rms_mm, 4, "mm"));
     }
     ui.add_space(4.0);
     if let Some(why) = &figures.no_interval {
@@ -103,12 +94,8 @@ fn room_field_ui(ui: &mut Ui, room_field: &RoomFieldFigures, is_shown: fn(Metric
     let section = CollapsingHeader::new(head).id_salt("room field").default_open(false);
     let section = section.show(ui, |ui| {
         for row in figure_rows(room_field) {
-            let shows = match row.of {
-                RowOf::Metric(metric) => is_shown(metric),
-                RowOf::Determined(_) => true,
-                RowOf::Other => false,
-            };
-            if shows {
+            // A determined part is no metric, and a count has no key.
+            if Metric::named(&row.key).map_or(!row.key.is_empty(), is_shown) {
                 figure_ui(ui, &row);
             }
         }
@@ -241,8 +228,8 @@ fn change_text(change: Change, unit: &str) -> Option<(String, palette::Rgb)> {
     }
 }
 
-fn figure_ui(ui: &mut Ui, row: &FigureRow) {
-    let value = with_unit(&row.value, row.unit);
+fn figure_ui(ui: &mut Ui, row: &Row) {
+    let value = with_unit(&row.value_text(), row.unit);
     ui.horizontal(|ui| {
         let width = |text: &str| {
             let text = WidgetText::from(text);
@@ -250,7 +237,7 @@ fn figure_ui(ui: &mut Ui, row: &FigureRow) {
             text.into_galley(ui, mode, f32::INFINITY, TextStyle::Body).size().x
         };
         let most = ui.available_width() - width(&value) - ui.spacing().item_spacing.x;
-        let text = RichText::new(&row.label).color(palette::TEXT_QUIET.color32());
+        let text = RichText::new(&*row.label).color(palette::TEXT_QUIET.color32());
         let label = match width(&row.label) <= most {
             true => ui.label(text),
             // What leaves no room for its value takes two lines.
@@ -262,7 +249,7 @@ fn figure_ui(ui: &mut Ui, row: &FigureRow) {
                 ui.vertical(two_lines).inner
             }
         };
-        if let RowOf::Metric(metric) = row.of {
+        if let Some(metric) = Metric::named(&row.key) {
             label.explained(metric.about());
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
