@@ -9,7 +9,7 @@ use trackwright_calibration::calibration_object;
 use trackwright_calibration::characterisation::{
     CharacterisationSettings, RecordedPair, characterise,
 };
-use trackwright_calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
+use trackwright_calibration::doubts::{self, Mistake as M, PairedDoubts, PoseFrame, Suspicion};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -231,10 +231,12 @@ fn outliers(rows: &[Measurement], by: f64) -> Vec<Measurement> {
 }
 
 fn is_frame(suspicion: &Suspicion) -> bool {
-    matches!(
-        suspicion,
-        Suspicion::Axes { .. } | Suspicion::Mirrored { .. } | Suspicion::OtherFrame { .. }
-    )
+    let frames = |m: &M| matches!(m, M::Axes(_) | M::Mirrored | M::Frame { .. });
+    matches!(suspicion, Suspicion::Mistake { mistake, part: None, .. } if frames(mistake))
+}
+
+fn is_of_quaternions(suspicion: &Suspicion) -> bool {
+    matches!(suspicion, Suspicion::Mistake { mistake: M::Quaternions(..), part: None, .. })
 }
 
 fn mistakes() -> Vec<Mistake> {
@@ -298,7 +300,7 @@ fn mistakes() -> Vec<Mistake> {
             "in another frame",
             false,
             |rows| measured(rows, moved),
-            |s| matches!(s, Suspicion::OtherFrame { .. }) && s.is_beyond_doubt(),
+            |s| is_frame(s) && s.is_of_frames() && s.is_beyond_doubt(),
         ),
         mistake(
             "measured a row late",
@@ -316,19 +318,19 @@ fn mistakes() -> Vec<Mistake> {
             "measured xyzw",
             true,
             |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-            |s| matches!(s, Suspicion::Quaternions { .. }),
+            is_of_quaternions,
         ),
         mistake(
             "xyzw",
             true,
             |rows| both(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-            |s| matches!(s, Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }),
+            |s| is_of_quaternions(s) || matches!(s, Suspicion::ScalarLast { .. }),
         ),
         mistake(
             "measured inverted, as by another hand",
             true,
             |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [w, -x, -y, -z])),
-            |s| matches!(s, Suspicion::Quaternions { .. }),
+            is_of_quaternions,
         ),
         mistake(
             "outliers of 1e6 mm",

@@ -1,16 +1,32 @@
-//! What the order of a table's rows shows: readings that are late along a path, and a field that changes
-//! while it is measured.
+//! Effects that no field has, in the whole of a table: another point or another axis of the sensor on one side, a
+//! scale, readings that are late along a path, and a field that changes while it is measured.
 //!
-//! The field is taken for a polynomial of place and axis. What the readings differ by beside it is compared
-//! with the path's speed and with time, robustly; standard errors are by leaving out pieces of the table
-//! (delete-a-group jackknife), since what polynomials leave is alike from row to row.
+//! The field is taken for a polynomial of place and axis, even in the axis: a coil turned round reads the same.
+//! What the readings differ by beside it is compared with the sensor's axes, the path's speed and time,
+//! robustly; standard errors are by leaving out pieces of the table (delete-a-group jackknife), since what
+//! polynomials leave is alike from row to row.
 
-use super::Suspicion;
+use super::mistake::Mistake;
+use super::{Explained, Suspicion};
 use crate::lag::LONGEST_STEP;
 use crate::robust::median;
 use nalgebra::{DMatrix, DVector, Vector3};
-use trackwright_field::samples::{Measurement, MeasurementContent};
+use trackwright_field::samples::{
+    MapKind, Measurement, MeasurementContent, MeasurementSet, PoseError,
+};
 use trackwright_geometry::bounds::Bounds;
+
+/// Part of what the sides differ by in the first degree of place that a scale has to explain, and what it moves
+/// positions by, RMS: good tables have up to 1.94 mm, those beyond 1.1 mm with a third of it at most.
+const SCALE_PART: f64 = 0.6;
+const LEAST_SCALED_MM: f64 = 3.0;
+
+/// Offsets and angles of a sensor from which one is reported: good tables have 0.12 mm and 0.1° at most.
+const LEAST_OFFSET_MM: f64 = 0.5;
+const LEAST_TILT_RAD: f64 = 0.01;
+
+/// Part of a sensor's axes that the field's terms have to leave: within a cone they look alike.
+const LEAST_OWN_PART: f64 = 0.1;
 
 /// Pieces of the table, one of which is left out in turn.
 const PIECES: usize = 16;
@@ -29,7 +45,7 @@ const PATH_STEP: f64 = 0.05;
 
 /// Weight in rows of the prior that each term of the field is nothing: without it the polynomials follow a
 /// path that hardly meets itself, and leave nothing to its speed. That of noise of 0.3 mm beside terms of 1 mm.
-const PRIOR: f64 = 0.1;
+pub(super) const PRIOR: f64 = 0.1;
 
 /// Part of the time's square that place and axis have to leave: a grid that is measured line by line, or a path,
 /// has its time in its places, and what the polynomials miss of the field looks like a change with time.
@@ -42,8 +58,9 @@ const MOST_LEFT: f64 = 1.5;
 const MOST_ROUNDS: usize = 50;
 const SAME_BOUND: f64 = 1e-3;
 
-/// Terms of place, those of the first degree first.
+/// Terms of place of the second degree and the third, those of the first degree first.
 const PLACE_TERMS: usize = 10;
+pub(super) const CUBIC_PLACE_TERMS: usize = 20;
 
 /// Terms of the axis, which are even in it: a coil turned round reads the same.
 const AXIS_TERMS: usize = 6;
@@ -54,7 +71,7 @@ const ROTATION_TERMS: usize = 9;
 const LINEAR_PLACE_TERMS: usize = 4;
 
 /// What a unit of an effect moves each row's reading by.
-type Effect = Vec<Vector3<f64>>;
+pub(super) type Effect = Vec<Vector3<f64>>;
 
 /// An effect's size, its standard error, and the part of its square that place and axis do not explain.
 struct Estimate {
@@ -73,65 +90,179 @@ struct Rows {
     longest_edge_mm: f64,
 }
 
-/// What the order of the rows shows; `stride` is how many rows of the table lie between two.
-pub(super) fn suspicions(
+/// Readings of earlier rows, or of later ones; `stride` is how many rows of the table lie between two.
+pub(super) fn lag(
     rows: &[Measurement],
     content: MeasurementContent,
     stride: usize,
-) -> Vec<Suspicion> {
-    let Some(of_field) = Rows::of(rows, content) else {
-        return Vec::new();
-    };
-    of_field.lag(rows, stride).into_iter().chain(of_field.change()).collect()
+) -> Option<Suspicion> {
+    Rows::of(rows, content)?.lag(rows, stride)
+}
+
+/// A field that grows or shrinks, or an origin that moves, from the first row to the last.
+pub(super) fn change(rows: &[Measurement], content: MeasurementContent) -> Option<Suspicion> {
+    Rows::of(rows, content)?.change()
 }
 
 fn place(m: &Measurement) -> Vector3<f64> {
     m.tracker_from_ideal.translation.vector
 }
 
+/// The field's terms at each row, the most that the number of rows allows; those of whole rotations on request.
+pub(super) fn field_terms(
+    rows: &[Measurement],
+    content: MeasurementContent,
+    most_places: usize,
+    with_rotations: bool,
+) -> Option<Vec<DVector<f64>>> {
+    let axis_terms = if content == MeasurementContent::PositionOnly { 1 } else { AXIS_TERMS };
+    let tried = [
+        (CUBIC_PLACE_TERMS, axis_terms),
+        (PLACE_TERMS, axis_terms),
+        (LINEAR_PLACE_TERMS, axis_terms),
+        (LINEAR_PLACE_TERMS, 1),
+    ];
+    let of_rotations = match with_rotations && content == MeasurementContent::SixDof {
+        true => LINEAR_PLACE_TERMS * ROTATION_TERMS,
+        false => 0,
+    };
+    let fits = |(places, axes): &(usize, usize)| {
+        *places <= most_places && rows.len() >= ROWS_A_TERM * (places * axes + of_rotations)
+    };
+    let (places, axes) = tried.into_iter().find(fits)?;
+    let bounds = Bounds::around(rows.iter().map(|m| place(m).into()))?;
+    let middle = bounds.center_mm().coords;
+    // A table in one plane has a box without thickness.
+    let half = bounds.size_mm().map(|edge| (0.5 * edge).max(f64::EPSILON));
+    let of_axes = places * axes;
+    let terms = rows.iter().map(|m| {
+        let u = (place(m) - middle).component_div(&half);
+        let [x, y, z] = [u.x, u.y, u.z];
+        let square = [x * x, y * y, z * z, x * y, y * z, z * x];
+        let [xx, yy, zz, xy, _, _] = square;
+        let cube = [xx * x, yy * y, zz * z, xx * y, xx * z, yy * x, yy * z, zz * x, zz * y, xy * z];
+        let of_place = [&[1.0, x, y, z][..], &square, &cube].concat();
+        let rotation = m.tracker_from_ideal.rotation.to_rotation_matrix();
+        let n = rotation * Vector3::z();
+        let of_axis: [f64; AXIS_TERMS] =
+            [1.0, n.x * n.y, n.y * n.z, n.z * n.x, n.x * n.x - n.y * n.y, n.z * n.z - 1.0 / 3.0];
+        DVector::from_fn(of_axes + of_rotations, |k, _| match k.checked_sub(of_axes) {
+            None => of_place[k % places] * of_axis[k / places],
+            Some(k) => of_place[k % LINEAR_PLACE_TERMS] * rotation.matrix()[k / LINEAR_PLACE_TERMS],
+        })
+    });
+    Some(terms.collect())
+}
+
+fn error(m: &Measurement) -> Vector3<f64> {
+    m.tracker_from_measured.translation.vector - place(m)
+}
+
+/// Positions that are so many times as far from the origin, where that is nearly all that the sides differ by in
+/// the first degree of place.
+pub(super) fn scale(rows: &[Measurement]) -> Option<Suspicion> {
+    let terms = rows.iter().map(|m| {
+        let p = place(m);
+        DVector::from_column_slice(&[100.0, p.x, p.y, p.z]) / 100.0
+    });
+    let all = Rows {
+        errors: rows.iter().map(error).collect(),
+        weights: vec![1.0; rows.len()],
+        terms: terms.collect(),
+        longest_edge_mm: 0.0,
+    };
+    let linear = all.weighted(&[])?.fitted(&[])?;
+    let squares = |by: f64| -> f64 {
+        rows.iter().zip(&linear).map(|(m, of)| (of - place(m) * by).norm_squared()).sum()
+    };
+    let of_places: f64 = rows.iter().map(|m| place(m).norm_squared()).sum();
+    let by = rows.iter().zip(&linear).map(|(m, of)| of.dot(&place(m))).sum::<f64>() / of_places;
+    let part = 1.0 - squares(by) / squares(0.0);
+    let moved_mm = by.abs() * (of_places / rows.len() as f64).sqrt();
+    let apart = |by: f64| {
+        median(&mut rows.iter().map(|m| (error(m) - place(m) * by).norm()).collect::<Vec<_>>())
+    };
+    let explained = Explained { before: apart(0.0)?, after: apart(by)?, is_certain: false };
+    let is_it =
+        part > SCALE_PART && moved_mm > LEAST_SCALED_MM && explained.after < explained.before;
+    is_it.then_some(Suspicion::Mistake { mistake: Mistake::Scale(1.0 + by), part: None, explained })
+}
+
+/// Another point or another axis of the sensor on one side.
+pub(super) fn of_sensor(rows: &[Measurement], content: MeasurementContent) -> Option<Suspicion> {
+    if content == MeasurementContent::PositionOnly {
+        return None;
+    }
+    let terms = field_terms(rows, content, PLACE_TERMS, false)?;
+    let along = |axis: usize| -> Effect {
+        rows.iter().map(|m| m.tracker_from_ideal.rotation * Vector3::ith(axis, 1.0)).collect()
+    };
+    let set = MeasurementSet { measurements: rows.to_vec(), content };
+    let errors: Vec<PoseError> =
+        set.samples(MapKind::Distortion).samples.iter().map(|sample| sample.error).collect();
+    let of = |errors: Effect| Rows {
+        errors,
+        weights: vec![1.0; rows.len()],
+        terms: terms.clone(),
+        longest_edge_mm: 0.0,
+    };
+    let axes = if content == MeasurementContent::SixDof { vec![0, 1, 2] } else { vec![2] };
+    let effects: Vec<Effect> = axes.iter().map(|axis| along(*axis)).collect();
+    let positions = of(errors.iter().map(|e| e.position_mm).collect());
+    let (found, _) = positions.estimates(&effects)?;
+    let offset = Vector3::from_fn(|k, _| {
+        axes.iter().position(|axis| *axis == k).map_or(0.0, |at| found[at].value)
+    });
+    let standard_error_mm = found.iter().map(|e| e.standard_error.powi(2)).sum::<f64>().sqrt();
+    let own = found.iter().map(|e| e.own_part).fold(1.0, f64::min);
+    let apart = |errors: &Effect, effects: &[Effect], by: &[f64]| {
+        let each = (0..rows.len()).map(|i| {
+            effects.iter().zip(by).fold(errors[i], |left, (of, by)| left - of[i] * *by).norm()
+        });
+        median(&mut each.collect::<Vec<_>>())
+    };
+    let explained = |errors: &Effect, effects: &[Effect], found: &[Estimate]| {
+        let by: Vec<f64> = found.iter().map(|e| e.value).collect();
+        let [before, after] = [apart(errors, effects, &[])?, apart(errors, effects, &by)?];
+        Some(Explained { before, after, is_certain: false })
+    };
+    if offset.norm() > STANDARD_ERRORS * standard_error_mm
+        && offset.norm() > LEAST_OFFSET_MM
+        && own > LEAST_OWN_PART
+    {
+        let mistake = Mistake::SensorOffset { offset_mm: offset.into(), standard_error_mm };
+        let explained = explained(&positions.errors, &effects, &found)?;
+        return Some(Suspicion::Mistake { mistake, part: None, explained });
+    }
+    let rotations = of(errors.iter().map(|e| e.rotation_rad).collect());
+    let effects = [along(0), along(1)];
+    let (found, _) = rotations.estimates(&effects)?;
+    let angle_rad = found[0].value.hypot(found[1].value);
+    let error_rad = found[0].standard_error.hypot(found[1].standard_error);
+    if angle_rad > STANDARD_ERRORS * error_rad
+        && angle_rad > LEAST_TILT_RAD
+        && found.iter().all(|e| e.own_part > LEAST_OWN_PART)
+    {
+        let explained = explained(&rotations.errors, &effects, &found)?;
+        let mistake = Mistake::SensorTilt { angle_rad };
+        return Some(Suspicion::Mistake { mistake, part: None, explained });
+    }
+    None
+}
+
 impl Rows {
     fn of(rows: &[Measurement], content: MeasurementContent) -> Option<Self> {
-        let (axis_terms, rotation_terms) = match content {
-            MeasurementContent::PositionOnly => (1, 0),
-            MeasurementContent::FiveDof => (AXIS_TERMS, 0),
-            MeasurementContent::SixDof => (AXIS_TERMS, ROTATION_TERMS),
-        };
-        let of_axes = PLACE_TERMS * axis_terms;
-        let count = of_axes + LINEAR_PLACE_TERMS * rotation_terms;
-        if rows.len() < ROWS_A_TERM * count {
+        let terms = field_terms(rows, content, PLACE_TERMS, true)?;
+        let axis_terms = if content == MeasurementContent::PositionOnly { 1 } else { AXIS_TERMS };
+        // With fewer terms a lag or a change would be what they miss.
+        if terms[0].len() < PLACE_TERMS * axis_terms {
             return None;
         }
         let bounds = Bounds::around(rows.iter().map(|m| place(m).into()))?;
-        let middle = bounds.center_mm().coords;
-        // A table in one plane has a box without thickness.
-        let half = bounds.size_mm().map(|edge| (0.5 * edge).max(f64::EPSILON));
-        let terms = rows.iter().map(|m| {
-            let u = (place(m) - middle).component_div(&half);
-            let [x, y, z] = [u.x, u.y, u.z];
-            let of_place: [f64; PLACE_TERMS] =
-                [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x];
-            let rotation = m.tracker_from_ideal.rotation.to_rotation_matrix();
-            let n = rotation * Vector3::z();
-            let of_axis: [f64; AXIS_TERMS] = [
-                1.0,
-                n.x * n.y,
-                n.y * n.z,
-                n.z * n.x,
-                n.x * n.x - n.y * n.y,
-                n.z * n.z - 1.0 / 3.0,
-            ];
-            DVector::from_fn(count, |k, _| match k.checked_sub(of_axes) {
-                None => of_place[k % PLACE_TERMS] * of_axis[k / PLACE_TERMS],
-                Some(k) => {
-                    of_place[k % LINEAR_PLACE_TERMS] * rotation.matrix()[k / LINEAR_PLACE_TERMS]
-                }
-            })
-        });
-        let errors = rows.iter().map(|m| m.tracker_from_measured.translation.vector - place(m));
         Some(Self {
-            errors: errors.collect(),
+            errors: rows.iter().map(error).collect(),
             weights: vec![1.0; rows.len()],
-            terms: terms.collect(),
+            terms,
             longest_edge_mm: bounds.size_mm().max(),
         })
     }
@@ -176,7 +307,6 @@ impl Rows {
         Some(self.terms.iter().enumerate().map(row).collect())
     }
 
-    /// Readings of earlier rows, or of later ones.
     fn lag(&self, rows: &[Measurement], stride: usize) -> Option<Suspicion> {
         let last = rows.len() - 1;
         let step = |k: usize| (place(&rows[k + 1]) - place(&rows[k])).norm();
@@ -203,7 +333,6 @@ impl Rows {
         })
     }
 
-    /// A field that grows or shrinks, or an origin that moves, with time.
     fn change(&self) -> Option<Suspicion> {
         let count = self.errors.len();
         let time = |k: usize| 2.0 * k as f64 / (count - 1) as f64 - 1.0;
@@ -402,7 +531,8 @@ mod tests {
             }
         };
         let rows: Vec<Measurement> = (0..ROWS).map(row).collect();
-        suspicions(&rows, MeasurementContent::FiveDof, 1)
+        let content = MeasurementContent::FiveDof;
+        lag(&rows, content, 1).into_iter().chain(change(&rows, content)).collect()
     }
 
     #[test]
