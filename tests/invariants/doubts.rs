@@ -235,6 +235,10 @@ fn is_frame(suspicion: &Suspicion) -> bool {
     matches!(suspicion, Suspicion::Mistake { mistake, part: None, .. } if frames(mistake))
 }
 
+fn is_part(suspicion: &Suspicion) -> bool {
+    matches!(suspicion, Suspicion::Mistake { part: Some(_), .. })
+}
+
 fn is_of_quaternions(suspicion: &Suspicion) -> bool {
     matches!(suspicion, Suspicion::Mistake { mistake: M::Quaternions(..), part: None, .. })
 }
@@ -342,7 +346,8 @@ fn mistakes() -> Vec<Mistake> {
             "outliers of 300 mm",
             false,
             |rows| outliers(rows, 300.0),
-            |s| matches!(s, Suspicion::Outliers { .. }),
+            // All of them are off by the same.
+            |s| matches!(s, Suspicion::Outliers { .. }) || is_part(s),
         ),
     ]
 }

@@ -201,7 +201,8 @@ impl fmt::Display for Mistake {
                 angle_rad.to_degrees()
             ),
             Self::SensorOffset { offset_mm: [x, y, z], standard_error_mm } => {
-                if *x == 0.0 && *y == 0.0 {
+                let is_along_z = *x == 0.0 && *y == 0.0;
+                if is_along_z {
                     write!(f, "where measured positions are {z:.2} mm along the sensor's z axis from ideal ones")?;
                 } else {
                     write!(
@@ -213,7 +214,11 @@ impl fmt::Display for Mistake {
                     f,
                     " (standard error {standard_error_mm:.2} mm), which no room does: is one side of the tip, the \
                      other of the coil?"
-                )
+                )?;
+                match is_along_z {
+                    true => write!(f, " (sensor offset {z:.2} takes it out)"),
+                    false => Ok(()),
+                }
             }
             Self::SensorTilt { angle_rad } => write!(
                 f,

@@ -111,10 +111,10 @@ impl PairedDoubts {
         if self.rows < MIN_ROWS {
             return found;
         }
-        let is_zero = |p: Vector3<f64>| p == Vector3::zeros() && self.frame != PoseFrame::Any;
         let is_usable = |m: &Measurement| {
             let (ideal, measured) = positions(m);
-            !(is_too_far(&ideal) || is_too_far(&measured) || is_zero(ideal) || is_zero(measured))
+            let is_missing = self.frame != PoseFrame::Any && is_zero(m);
+            !(is_too_far(&ideal) || is_too_far(&measured) || is_missing)
         };
         let usable: Vec<(usize, Measurement)> = self
             .kept
@@ -258,10 +258,6 @@ impl PairedDoubts {
         if self.frame == PoseFrame::Any {
             return None;
         }
-        let is_zero = |m: &Measurement| {
-            let (ideal, measured) = positions(m);
-            ideal == Vector3::zeros() || measured == Vector3::zeros()
-        };
         let mut rows = (0..self.kept.len()).filter(|&k| is_zero(&self.kept[k]));
         let first_row = rows.next()? * self.stride + 1;
         Some(Suspicion::Zeros { count: 1 + rows.count(), first_row })
@@ -325,6 +321,13 @@ impl PairedDoubts {
         let change = Explained::new(late(0)?, after, LEAST_MM, certain)?;
         Some(Suspicion::RowShift { rows: by, part: None, change })
     }
+}
+
+/// Whether a side has zeros and the other another place, or both have.
+fn is_zero(m: &Measurement) -> bool {
+    let (ideal, measured) = positions(m);
+    let has_zeros = ideal == Vector3::zeros() || measured == Vector3::zeros();
+    has_zeros && (ideal == measured || (ideal - measured).norm() > FAR_MM)
 }
 
 /// So many rows, evenly.

@@ -42,11 +42,10 @@ const EXPLAINED_PART: f64 = 0.35;
 /// have 0.5 at most.
 const MEMBERS_PART: f64 = 0.6;
 
-/// A group that leaves so many times the squares of the rows without it is one where it has a smaller part of the
-/// rows like it. Good tables of 200 rows and more have 0.73 at least, and 0.75 with one parameter.
-const BETTER: f64 = 0.715;
-const SOME_PART: f64 = 0.3;
-const SOME_PART_OF_ONE: f64 = 0.2;
+/// A group that leaves less than so many times the squares of the rows without it needs a smaller part of the rows
+/// like it. Good tables of 200 rows and more have 0.73 at least, and 0.75 with one parameter.
+const PARAMETERS: [f64; 2] = [0.715, 0.3];
+const ONE_PARAMETER: [f64; 2] = [0.735, 0.2];
 const LEAST_ROWS: usize = 200;
 
 /// Effects that move all rows by less in the mean are not reported: a few rows that differ by little are outliers,
@@ -389,8 +388,8 @@ impl Split {
         let (before, after) = (of(without)?, of(with)?);
         let left = trimmed_squares(&nearest)? * BY_PARAMETER.powi(parameters as i32);
         let part = members.len() as f64 / deviants.len() as f64;
-        let some = if parameters == 1 { SOME_PART_OF_ONE } else { SOME_PART };
-        let is_better = count >= LEAST_ROWS && left < BETTER * self.left_before && part > some;
+        let [better, some] = if parameters == 1 { ONE_PARAMETER } else { PARAMETERS };
+        let is_better = count >= LEAST_ROWS && left < better * self.left_before && part > some;
         let is_large = !self.is_of_signs && part > MEMBERS_PART && before > large;
         let is_it = members.len() >= LEAST_GROUP
             && before * members.len() as f64 > least * count as f64
