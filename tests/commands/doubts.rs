@@ -296,7 +296,7 @@ fn a_coil_beside_a_tip_is_named_in_mm() {
 #[test]
 fn places_on_a_line_are_refused() {
     let scratch = Scratch::new();
-    let on_line = |v: f64, k: usize| if k % 7 == 0 { v } else { 100.0 + 0.01 * v };
+    let on_line = |v: f64, k: usize| if k.is_multiple_of(7) { v } else { 100.0 + 0.001 * v };
     let line = changed(&scratch, "line.csv", |k, v| if is_position(k) { on_line(v, k) } else { v });
     for model in ["kriging", "harmonic --generator planar-nine --degree 2"] {
         let words = ["mm RMS of one line, expected 1 mm at least"];

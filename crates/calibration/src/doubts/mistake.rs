@@ -35,7 +35,7 @@ pub enum Mistake {
     /// One rotation is between the orientations of the two sides, and none between the positions.
     OrientationFrame { angle_rad: f64 },
     /// Measured positions are off by one vector in the sensors' frames: another point of the tool.
-    SensorOffset { offset_mm: [f64; 3], standard_error_mm: f64 },
+    SensorOffset { offset_mm: [f64; 3], standard_error_mm: Option<f64> },
     /// Measured orientations are off by one rotation in the sensors' frames.
     SensorTilt { angle_rad: f64 },
     /// Ideal poses are in the columns of measured ones.
@@ -210,12 +210,14 @@ impl fmt::Display for Mistake {
                         "where measured positions are ({x:.2}, {y:.2}, {z:.2}) mm along the sensor's axes from ideal ones"
                     )?;
                 }
-                write!(
-                    f,
-                    " (standard error {standard_error_mm:.2} mm), which no room does: is one side of the tip, the \
-                     other of the coil?"
+                if let Some(standard_error_mm) = standard_error_mm {
+                    write!(f, " (standard error {standard_error_mm:.2} mm)")?;
+                }
+                f.write_str(
+                    ", which no room does: is one side of the tip, the other of the coil?",
                 )?;
-                match is_along_z {
+                // Of all rows, and one number.
+                match is_along_z && standard_error_mm.is_some() {
                     true => write!(f, " (sensor offset {z:.2} takes it out)"),
                     false => Ok(()),
                 }

@@ -11,9 +11,11 @@
 
 mod alone;
 mod beside_field;
+mod in_order;
 mod mistake;
 mod paired;
 mod parts;
+mod sensor;
 mod text;
 mod whole;
 

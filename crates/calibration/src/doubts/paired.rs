@@ -4,7 +4,7 @@ use super::alone::{Extent, PoseFrame, SMALL_REACH, Signs, is_too_far};
 use super::mistake::Mistake;
 use super::parts::{self, FAR_MM, FAR_RATIO};
 use super::whole::{self, CERTAIN_PART, LEAST_MM, positions};
-use super::{Explained, MIN_ROWS, Part, Suspicion, beside_field};
+use super::{Explained, MIN_ROWS, Part, Suspicion, in_order, sensor};
 use crate::robust::median;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
@@ -151,7 +151,7 @@ impl PairedDoubts {
         let mut found = Vec::new();
         let shift = self.shift(usable);
         let place = || {
-            let [scaled, placed] = [beside_field::scale(compared), whole::placed(compared)];
+            let [scaled, placed] = [sensor::scale(compared), whole::placed(compared)];
             match (&scaled, &placed) {
                 (
                     Some(Suspicion::Mistake { explained: by_scale, .. }),
@@ -202,13 +202,13 @@ impl PairedDoubts {
         if near.len() < MIN_ROWS {
             return found;
         }
-        let in_order: Vec<Measurement> = every(&near, MAX_COMPARED).map(|(_, m)| *m).collect();
+        let compared: Vec<Measurement> = every(&near, MAX_COMPARED).map(|(_, m)| *m).collect();
         let stride = self.stride * near.len().div_ceil(MAX_COMPARED);
-        let beside_field = beside_field::lag(&in_order, self.content, stride)
+        let of_all = in_order::lag(&compared, self.content, stride)
             .or_else(|| parts::moved(&near, self.content))
-            .or_else(|| beside_field::of_sensor(&in_order, self.content))
-            .or_else(|| beside_field::change(&in_order, self.content));
-        found.extend(beside_field);
+            .or_else(|| sensor::of_sensor(&compared, self.content))
+            .or_else(|| in_order::change(&compared, self.content));
+        found.extend(of_all);
         found
     }
 
@@ -266,9 +266,10 @@ impl PairedDoubts {
     /// Far rows that are those of some rows before or after.
     fn shift_of_part(&self, rows: parts::Rows<'_>, far: &parts::FarRows) -> Option<Suspicion> {
         let place = |k: usize| positions(&rows[k].1);
+        // Along a path a row's neighbours are near it: only readings that are not in their own row count.
         let left = |k: usize, by: isize| {
-            let other = rows.get(k.checked_add_signed(by)?)?;
-            Some((positions(&other.1).1 - place(k).0).norm())
+            let at = k.checked_add_signed(by).filter(|&at| at < rows.len() && far.is_far[at])?;
+            Some((place(at).1 - place(k).0).norm())
         };
         let of = |by: isize| -> Vec<usize> {
             let is_it = |&k: &usize| left(k, by).is_some_and(|left| left <= far.near);

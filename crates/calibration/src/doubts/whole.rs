@@ -205,7 +205,13 @@ fn sensor_offset(rows: &[Measurement]) -> Option<(Mistake, f64)> {
         tracker_from_ideal: m.tracker_from_ideal * Translation3::new(0.0, 0.0, z),
         ..*m
     });
-    Some((Mistake::SensorOffset { offset_mm: [0.0, 0.0, z], standard_error_mm }, after))
+    Some((
+        Mistake::SensorOffset {
+            offset_mm: [0.0, 0.0, z],
+            standard_error_mm: Some(standard_error_mm),
+        },
+        after,
+    ))
 }
 
 /// The rotation and translation of most pairs, of the ideal side's mirror image where requested,
