@@ -216,10 +216,10 @@ pub fn fit_harmonic(
     if map != MapKind::Distortion {
         return Err(RoomModelError::CorrectionMap);
     }
-    not_on_a_line(samples)?;
     let settings = order.settings(samples.samples.len());
     let prepared = task.subtask(0.0, 0.7);
     let table = HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?;
+    not_on_a_line(samples)?;
     let found = table.fit(None, &settings, &task.subtask(0.7, 1.0))?;
     let report = HarmonicReport {
         generator: table.generator.clone(),

@@ -143,7 +143,7 @@ impl Header {
     fn places<'a>(&'a self, name: &'a str) -> impl Iterator<Item = usize> + 'a {
         let is_written = self.0.iter().any(|column| column.written == name);
         let is_it = move |column: &ColumnName| {
-            column.plain == name && !(is_written && column.unit.is_some())
+            column.written == name || column.plain == name && !(is_written && column.unit.is_some())
         };
         (0..self.0.len()).filter(move |&i| is_it(&self.0[i]))
     }

@@ -113,7 +113,7 @@ impl PairedDoubts {
         }
         let is_usable = |m: &Measurement| {
             let (ideal, measured) = positions(m);
-            let is_missing = self.frame != PoseFrame::Any && is_zero(m);
+            let is_missing = self.frame != PoseFrame::Any && is_missing(m);
             !(is_too_far(&ideal) || is_too_far(&measured) || is_missing)
         };
         let usable: Vec<(usize, Measurement)> = self
@@ -258,9 +258,14 @@ impl PairedDoubts {
         if self.frame == PoseFrame::Any {
             return None;
         }
-        let mut rows = (0..self.kept.len()).filter(|&k| is_zero(&self.kept[k]));
-        let first_row = rows.next()? * self.stride + 1;
-        Some(Suspicion::Zeros { count: 1 + rows.count(), first_row })
+        let of = |is_it: fn(&Measurement) -> bool| -> Vec<usize> {
+            (0..self.kept.len()).filter(|&k| is_it(&self.kept[k])).collect()
+        };
+        // A grid may have a few rows in the origin.
+        let both = of(|m| positions(m) == (Vector3::zeros(), Vector3::zeros()));
+        let rows = if both.len() < MIN_ROWS { of(is_missing) } else { both };
+        let first_row = rows.first()? * self.stride + 1;
+        Some(Suspicion::Zeros { count: rows.len(), first_row })
     }
 
     /// Far rows that are those of some rows before or after.
@@ -324,11 +329,11 @@ impl PairedDoubts {
     }
 }
 
-/// Whether a side has zeros and the other another place, or both have.
-fn is_zero(m: &Measurement) -> bool {
+/// Whether one side has zeros and the other another place.
+fn is_missing(m: &Measurement) -> bool {
     let (ideal, measured) = positions(m);
     let has_zeros = ideal == Vector3::zeros() || measured == Vector3::zeros();
-    has_zeros && (ideal == measured || (ideal - measured).norm() > FAR_MM)
+    has_zeros && (ideal - measured).norm() > FAR_MM
 }
 
 /// So many rows, evenly.

@@ -117,7 +117,7 @@ impl fmt::Display for Suspicion {
             }
             Self::Zeros { count, first_row } => write!(
                 f,
-                "{count} {} at (0, 0, 0) on one side (row {first_row} first), which are zero in no tracker: are they \
+                "{count} {} at (0, 0, 0) on one side or both (row {first_row} first), which are zero in no tracker: are they \
                  missing readings?",
                 if *count == 1 { "position is" } else { "positions are" }
             ),
