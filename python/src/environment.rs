@@ -115,7 +115,8 @@ impl Environment {
     ///
     /// Where no model is named the best of all kinds is taken; an option of polynomials names those, and order
     /// and directions that are None are chosen by cross-validation. lag is how many rows the measured side is
-    /// behind the ideal one: each reading is put beside the ideal pose of its moment. holdout is a second table, to judge
+    /// behind the ideal one: each reading is put beside the ideal pose of its moment. sensor_offset is how many mm
+    /// measured positions are along the sensor's z axis from ideal ones; it is taken out. holdout is a second table, to judge
     /// the room on. bounds is the box of a polynomial model, shape (2, 3), mm: its least and its largest corner;
     /// that of the positions where it is None. as_is takes tables that are suspected not to be what they are read as. `figures` of the
     /// room are those of the fit.
@@ -123,7 +124,7 @@ impl Environment {
     #[pyo3(
         signature = (table, **options),
         text_signature = "(table, *, order=None, directions=None, ridge=None, method='per-direction', \
-            map='distortion', sensors='5dof', lag=0.0, weights='area', rcond=1e-10, model=None, \
+            map='distortion', sensors='5dof', lag=0.0, sensor_offset=0.0, weights='area', rcond=1e-10, model=None, \
             symmetric=False, generator=None, degree=None, loss='huber', holdout=None, hold_out=None, \
             volume=None, support=True, jitter_position_mm=None, jitter_angle_deg=None, \
             jitter_growth_mm=None, registration_mm=None, registration_deg=None, \
@@ -140,7 +141,7 @@ impl Environment {
 
     /// The room of the model that does best on rows held out: as `trackwright select --output` makes it.
     ///
-    /// table and lag: as for `fit`. models names the kinds to try, of none, bernstein, symmetric, kriging and
+    /// table, lag and sensor_offset: as for `fit`. models names the kinds to try, of none, bernstein, symmetric, kriging and
     /// harmonic; all where it is None.
     /// orders, directions and ridges are lists of what is tried. hold_out is rows, groups, sensors, or a
     /// column whose rows with equal text belong together. `figures` of the room are those of the choice.
@@ -149,7 +150,7 @@ impl Environment {
         signature = (table, **options),
         text_signature = "(table, *, models=None, orders=None, directions=None, \
             ridges=None, folds=5, group=None, hold_out=None, seed=0, method='per-direction', \
-            map='distortion', sensors='5dof', lag=0.0, weights='area', rcond=1e-10, generator=None, \
+            map='distortion', sensors='5dof', lag=0.0, sensor_offset=0.0, weights='area', rcond=1e-10, generator=None, \
             degree=None, loss='huber', volume=None, jitter_position_mm=None, \
             jitter_angle_deg=None, jitter_growth_mm=None, registration_mm=None, \
             registration_deg=None, name=None, as_is=False)"

@@ -34,7 +34,7 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::limits::length_problem;
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{Files, MOST_LAG_ROWS, SampleReading};
+use trackwright_project::{Files, MOST_LAG_ROWS, MOST_SENSOR_OFFSET_MM, SampleReading};
 use trackwright_report::room::{fit_warnings, support_note};
 use trackwright_report::room_section::fit_section;
 use trackwright_report::selection_section::{decided_section, selection_section};
@@ -74,12 +74,16 @@ impl Fitting {
         let in_range = |lag: f64| lag.abs() <= MOST_LAG_ROWS;
         let expected = format!("-{MOST_LAG_ROWS} to {MOST_LAG_ROWS} rows");
         let lag_rows = keywords.number("lag", &expected, in_range)?;
+        let in_range = |offset: f64| offset.abs() <= MOST_SENSOR_OFFSET_MM;
+        let expected = format!("-{MOST_SENSOR_OFFSET_MM} to {MOST_SENSOR_OFFSET_MM} mm");
+        let sensor_offset_mm = keywords.number("sensor_offset", &expected, in_range)?;
         let rcond = keywords.number("rcond", "zero or more", |value| value >= 0.0)?;
         Ok(Self {
             reading: SampleReading {
                 has_rolls: keywords.one_of("sensors", &[("5dof", false), ("6dof", true)])?,
                 map: keywords.one_of("map", &maps)?,
                 lag_rows: lag_rows.unwrap_or(0.0),
+                sensor_offset_mm: sensor_offset_mm.unwrap_or(0.0),
             },
             method: keywords.one_of("method", &methods)?,
             weighting: keywords.one_of("weights", &weights)?,

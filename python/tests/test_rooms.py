@@ -38,9 +38,9 @@ def text_of(room: Environment, tmp_path: Path) -> str:
           "jitter_position_mm": 0.1, "jitter_angle_deg": 0.2},
          ["--map", "correction", "--order", 1, "--directions", 1, "--sensors", "6dof", "--volume",
           "cube", "--jitter-position-mm", 0.1, "--jitter-angle-deg", 0.2]),
-        ({"generator": "planar-nine", "degree": 2, "ridge": 1e-2, "lag": -0.5,
+        ({"generator": "planar-nine", "degree": 2, "ridge": 1e-2, "lag": -0.5, "sensor_offset": 0.2,
           "registration_mm": 0.3, "registration_deg": 0.1},
-         ["--generator", "planar-nine", "--degree", 2, "--ridge", 1e-2, "--lag", -0.5,
+         ["--generator", "planar-nine", "--degree", 2, "--ridge", 1e-2, "--lag", -0.5, "--sensor-offset", 0.2,
           "--registration-mm", 0.3, "--registration-deg", 0.1]),
     ],
 )

@@ -82,6 +82,7 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
         let rows = each.map(|(found, measured)| row(&environment, found, measured));
         poses::write_compensated(out, rows, validity.as_deref())
     })?;
+    output::note_outside("poses are", outcome.tally.outside, measured.len(), args.outside);
     let by = format!("by {}, written to {}", outcome.method.about(), args.output.display());
     output::print_section(args.common.format, &outcome.section().with(by))
 }

@@ -20,7 +20,7 @@ use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{MOST_LAG_ROWS, Output, SampleReading};
+use trackwright_project::{MOST_LAG_ROWS, MOST_SENSOR_OFFSET_MM, Output, SampleReading};
 use trackwright_report::room::{fit_warnings, support_note};
 use trackwright_report::selection_section::decided_section;
 
@@ -120,6 +120,11 @@ pub(super) struct FittingArgs {
     #[arg(long, default_value = "0", value_name = "ROWS", allow_negative_numbers = true)]
     pub lag: f64,
 
+    /// How far measured positions are along the sensor's z axis from ideal ones, as a warning states it: one
+    /// side of the tip, the other of the coil. It is taken out
+    #[arg(long, default_value = "0", value_name = "MM", allow_negative_numbers = true)]
+    pub sensor_offset: f64,
+
     /// How an axis is shared among the three orientations around it
     #[arg(long, value_parser = WEIGHTS, default_value = "area")]
     pub weights: Weighting,
@@ -133,13 +138,24 @@ impl FittingArgs {
     /// How the table is read.
     ///
     /// # Errors
-    /// A lag that is not one.
+    /// A lag or an offset that is not one.
     pub(super) fn reading(&self) -> anyhow::Result<SampleReading> {
-        let Self { has_rolls, map, lag, .. } = *self;
-        match lag.abs() <= MOST_LAG_ROWS {
-            true => Ok(SampleReading { has_rolls, map, lag_rows: lag }),
-            false => bail!("--lag: found {lag}, expected -{MOST_LAG_ROWS} to {MOST_LAG_ROWS} rows"),
-        }
+        let Self { has_rolls, map, lag, sensor_offset, .. } = *self;
+        let within = |option: &str, found: f64, most: f64, unit: &str| match found.abs() <= most {
+            true => Ok(found),
+            false => bail!("{option}: found {found}, expected -{most} to {most} {unit}"),
+        };
+        Ok(SampleReading {
+            has_rolls,
+            map,
+            lag_rows: within("--lag", lag, MOST_LAG_ROWS, "rows")?,
+            sensor_offset_mm: within(
+                "--sensor-offset",
+                sensor_offset,
+                MOST_SENSOR_OFFSET_MM,
+                "mm",
+            )?,
+        })
     }
 
     /// The options of polynomials, and whether each is other than usual.

@@ -269,3 +269,47 @@ fn a_lag_is_named_and_taken_out_on_request() {
             .refused(format!("{fit} --lag {bad}"), &["--lag: found", "expected -100 to 100 rows"]);
     }
 }
+
+#[test]
+fn a_coil_beside_a_tip_is_named_in_mm() {
+    let scratch = Scratch::new();
+    let mut table = Table::read(&own(ROOM));
+    for row in &mut table.rows {
+        let v: Vec<f64> = row.iter().map(|cell| cell.parse().unwrap()).collect();
+        let [w, x, y, z] = [10, 11, 12, 13].map(|k| v[k]);
+        let axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)];
+        for k in 0..3 {
+            row[7 + k] = (v[7 + k] + 10.0 * axis[k]).to_string();
+        }
+    }
+    scratch.write("tip.csv", table.to_text());
+    let notes = scratch.notes(fit("tip.csv"));
+    assert!(notes.contains("positions are 10.0") || notes.contains("positions are 9.9"), "{notes}");
+    assert!(notes.contains("mm along the sensor's z axis"), "{notes}");
+    let without = format!("{} --sensor-offset 10 --format json", fit("tip.csv"));
+    assert!(!scratch.notes(&without).contains("along the sensor"));
+    let rms = |line: String| number(&scratch.json(line)["train"]["after"]["position_rms_mm"]);
+    let [with, right] = [without.replace(" --format json", ""), fit(GOOD)].map(rms);
+    assert!((with - right).abs() < 0.01, "{with}, {right}");
+}
+
+#[test]
+fn places_on_a_line_are_refused() {
+    let scratch = Scratch::new();
+    let on_line = |v: f64, k: usize| if k.is_multiple_of(7) { v } else { 100.0 + 0.001 * v };
+    let line = changed(&scratch, "line.csv", |k, v| if is_position(k) { on_line(v, k) } else { v });
+    for model in ["kriging", "harmonic --generator planar-nine --degree 2"] {
+        let words = ["mm RMS of one line, expected 1 mm at least"];
+        scratch.refused(format!("fit {line} -o room.env.ron --as-is --model {model}"), &words);
+    }
+}
+
+#[test]
+fn poses_outside_the_room_are_a_warning() {
+    let scratch = Scratch::new();
+    scratch.succeed(fit(GOOD));
+    let rows: String = (0..40).map(|k| format!("{k},100,-9000,1,0,0,0\n")).collect();
+    scratch.write("p.csv", format!("{POSE}\n{rows}"));
+    let words = ["warning: 40 of 40 poses are outside the room's box"];
+    scratch.notes_with("compensate room.env.ron p.csv -o out.csv", &words);
+}

@@ -9,7 +9,7 @@ use trackwright_calibration::calibration_object;
 use trackwright_calibration::characterisation::{
     CharacterisationSettings, RecordedPair, characterise,
 };
-use trackwright_calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
+use trackwright_calibration::doubts::{self, Mistake as M, PairedDoubts, PoseFrame, Suspicion};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -226,10 +226,16 @@ fn outliers(rows: &[Measurement], by: f64) -> Vec<Measurement> {
 }
 
 fn is_frame(suspicion: &Suspicion) -> bool {
-    matches!(
-        suspicion,
-        Suspicion::Axes { .. } | Suspicion::Mirrored { .. } | Suspicion::OtherFrame { .. }
-    )
+    let frames = |m: &M| matches!(m, M::Axes(_) | M::Mirrored | M::Frame { .. });
+    matches!(suspicion, Suspicion::Mistake { mistake, part: None, .. } if frames(mistake))
+}
+
+fn is_part(suspicion: &Suspicion) -> bool {
+    matches!(suspicion, Suspicion::Mistake { part: Some(_), .. })
+}
+
+fn is_of_quaternions(suspicion: &Suspicion) -> bool {
+    matches!(suspicion, Suspicion::Mistake { mistake: M::Quaternions(..), part: None, .. })
 }
 
 const MISTAKES: [Mistake; 12] = [
@@ -276,7 +282,7 @@ const MISTAKES: [Mistake; 12] = [
     (
         "in another frame",
         |rows| measured(rows, moved),
-        |s| matches!(s, Suspicion::OtherFrame { .. }) && s.is_beyond_doubt(),
+        |s| is_frame(s) && s.is_of_frames() && s.is_beyond_doubt(),
     ),
     (
         "measured a row late",
@@ -296,7 +302,8 @@ const MISTAKES: [Mistake; 12] = [
     (
         "outliers of 300 mm",
         |rows| outliers(rows, 300.0),
-        |s| matches!(s, Suspicion::Outliers { .. }),
+        // All of them are off by the same.
+        |s| matches!(s, Suspicion::Outliers { .. }) || is_part(s),
     ),
 ];
 
@@ -310,17 +317,17 @@ const MISTAKES_OF_ROTATIONS: [Mistake; 4] = [
     (
         "measured xyzw",
         |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-        |s| matches!(s, Suspicion::Quaternions { .. }),
+        is_of_quaternions,
     ),
     (
         "xyzw",
         |rows| both(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-        |s| matches!(s, Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }),
+        |s| is_of_quaternions(s) || matches!(s, Suspicion::ScalarLast { .. }),
     ),
     (
         "measured inverted, as by another hand",
         |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [w, -x, -y, -z])),
-        |s| matches!(s, Suspicion::Quaternions { .. }),
+        is_of_quaternions,
     ),
 ];
 

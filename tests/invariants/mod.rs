@@ -6,6 +6,7 @@ mod field_draws;
 mod fitting;
 mod joint_fit;
 mod markers;
+mod mistakes;
 mod row_order;
 mod studies;
 mod support;

@@ -1,6 +1,7 @@
 //! Models of a room that are no polynomials, fitted to its measurements: kriging, and the fields of a
 //! generator's coils.
 
+use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use trackwright_field::DistortionModel;
 use trackwright_field::computed::{FieldSource, ModelKind};
@@ -85,6 +86,11 @@ impl GeneratorChoice {
 pub enum RoomModelError {
     #[error("a harmonic model is a function of the true pose, expected the distortion map")]
     CorrectionMap,
+    #[error(
+        "the measured positions are within {across_mm:.2} mm RMS of one line, expected {LEAST_ACROSS_MM} mm at least: \
+         no field beside it follows from them"
+    )]
+    OnALine { across_mm: f64 },
     #[error(transparent)]
     Process(#[from] GaussianError),
     #[error(transparent)]
@@ -124,6 +130,9 @@ const LEARNED: &str = "learned";
 /// `tests/rooms/others.rs` errors are 1.3 to 2.0 times those at the faces, and the stated 95 % bounds hold 95
 /// to 100 %; at four times the margin 85 to 96 %.
 const HARMONIC_MARGIN: f64 = 0.05;
+
+/// Distance of positions from a line, RMS, that determines a field: a few times the noise of a tracker.
+const LEAST_ACROSS_MM: f64 = 1.0;
 
 /// Part of the time that learning takes, for progress only.
 const LEARNING_PART: f64 = 0.9;
@@ -210,6 +219,7 @@ pub fn fit_harmonic(
     let settings = order.settings(samples.samples.len());
     let prepared = task.subtask(0.0, 0.7);
     let table = HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?;
+    not_on_a_line(samples)?;
     let found = table.fit(None, &settings, &task.subtask(0.7, 1.0))?;
     let report = HarmonicReport {
         generator: table.generator.clone(),
@@ -229,10 +239,26 @@ pub fn fit_kriging(
     map: MapKind,
     task: &Task,
 ) -> Result<(Fit, Arc<GaussianField>), RoomModelError> {
+    not_on_a_line(samples)?;
     let process = Arc::new(GaussianField::fit(samples, None, &task.subtask(0.0, 0.6))?);
     let kriging = Kriging::new(process.clone(), &task.subtask(0.6, 1.0))?;
     let source = FieldSource::Kriging(Arc::new(kriging));
     Ok((fit_of(samples, source, map, measured_bounds(samples)?), process))
+}
+
+/// Positions on a line, or at one place, where a model would be of its prior alone.
+fn not_on_a_line(samples: &SampleSet) -> Result<(), RoomModelError> {
+    let places = samples.samples.iter().map(|s| s.position_mm.coords);
+    let count = samples.samples.len() as f64;
+    let middle = places.clone().sum::<Vector3<f64>>() / count;
+    let spread: Matrix3<f64> =
+        places.map(|p| (p - middle) * (p - middle).transpose() / count).sum();
+    let along_mm2 = spread.symmetric_eigenvalues().max();
+    let across_mm = (spread.trace() - along_mm2).max(0.0).sqrt();
+    match across_mm < LEAST_ACROSS_MM {
+        true => Err(RoomModelError::OnALine { across_mm }),
+        false => Ok(()),
+    }
 }
 
 fn measured_bounds(samples: &SampleSet) -> Result<Bounds, GaussianError> {

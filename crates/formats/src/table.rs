@@ -137,13 +137,14 @@ impl Header {
         self.places(name).next().is_some()
     }
 
-    /// Columns of this name: as it is written, else but for capitals, spaces and a unit.
+    /// Columns of this name, but for capitals, spaces and mm; where the name itself is there, one in another
+    /// unit is a column of its own.
     fn places<'a>(&'a self, name: &'a str) -> impl Iterator<Item = usize> + 'a {
         let is_written = self.0.iter().any(|column| column.written == name);
-        (0..self.0.len()).filter(move |&i| match is_written {
-            true => self.0[i].written == name,
-            false => self.0[i].plain == name,
-        })
+        let is_it = move |column: &ColumnName| {
+            column.written == name || column.plain == name && !(is_written && column.unit.is_some())
+        };
+        (0..self.0.len()).filter(move |&i| is_it(&self.0[i]))
     }
 
     /// The place of the one column of a name.

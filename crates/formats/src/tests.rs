@@ -292,6 +292,7 @@ fn wrong_tables_name_line_and_column() {
         first,1 => 1 | line 2: found 7 cells, expected 8, as in line 1
         first,1,2,3,0,-1,0,0\n => | found no rows, expected at least one
         note => x | line 1: found column x twice, expected it once
+        note => x_mm | line 1: found column x twice, expected it once
         qx,qy => qx,q2
             | line 1: found no column qy, expected the columns of a poses table
             | (x, y, z, qw, qx, qy, qz)

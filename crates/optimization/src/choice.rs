@@ -1,7 +1,7 @@
 //! Which sensors a layout has: how many, and of which kinds.
 
 use crate::bodies::{Bodies, Slot};
-use crate::outcome::{OptimizeError, body_key};
+use crate::outcome::{MAX_MOVING, OptimizeError, body_key};
 use crate::problem::{Problem, SensorChoice};
 use trackwright_simulation::{PlacedBody, Sensor, SensorOrientation};
 
@@ -43,6 +43,11 @@ pub(crate) fn choices(problem: &Problem) -> Result<Vec<Choice>, OptimizeError> {
             }
             slots.push(Slot { body, index });
         }
+    }
+    let counts = moves.sensors.as_ref().map_or(0, |counts| *counts.end());
+    let found = slots.len().max(counts);
+    if found > MAX_MOVING {
+        return Err(OptimizeError::TooManyMove { found });
     }
     let poses_move = moves.generator.is_some() || (moves.crf_pose.is_some() && own.crf.is_some());
     if slots.is_empty() && !poses_move {

@@ -144,6 +144,10 @@ pub(crate) fn body_key(body: PlacedBody) -> &'static str {
     }
 }
 
+/// Most sensors that move: the work grows with the square of their number and of their places, and no
+/// tracker reads as many.
+pub(crate) const MAX_MOVING: usize = 32;
+
 /// Why nothing was searched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptimizeError {
@@ -153,6 +157,8 @@ pub enum OptimizeError {
     NoFigures(#[from] NoFigures),
     #[error("nothing may move")]
     NothingMoves,
+    #[error("{found} sensors are to move, expected at most {MAX_MOVING}")]
+    TooManyMove { found: usize },
     #[error("no room to search in")]
     NoRoom,
     #[error("the {body} has {sensors} sensors, number {sensor} is none of them")]

@@ -94,7 +94,9 @@ pub use rooms::{
     RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for, further_rooms, list_rooms,
     own_room, reference_to_file, reference_to_room, rooms_of_folder, write_room_for,
 };
-pub use samples::{MOST_LAG_ROWS, MeasurementTable, SampleReading, TableGroups};
+pub use samples::{
+    MOST_LAG_ROWS, MOST_SENSOR_OFFSET_MM, MeasurementTable, SampleReading, TableGroups,
+};
 pub use save::{SaveReport, SharedBody, save, save_as, save_with_copies, shared_bodies};
 pub use stamps::FileChange;
 pub use state::{

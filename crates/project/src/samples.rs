@@ -6,6 +6,7 @@ use super::files::Files;
 use super::kinds::Doubted;
 use super::paths::file_name;
 use super::read::{MAX_BYTES, ReadFailure, not_of_its_kind, open_input};
+use nalgebra::Translation3;
 use std::collections::HashSet;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -29,6 +30,9 @@ const ROWS_PER_STEP: usize = 1024;
 /// Most rows that a lag is taken out of: more are rows that were shifted.
 pub const MOST_LAG_ROWS: f64 = 100.0;
 
+/// Longest distance of a coil from a tip, mm.
+pub const MOST_SENSOR_OFFSET_MM: f64 = 1e3;
+
 /// How a table of measurements is meant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleReading {
@@ -37,12 +41,14 @@ pub struct SampleReading {
     pub map: MapKind,
     /// How many rows the measured side is behind the ideal one; it is taken out.
     pub lag_rows: f64,
+    /// How far measured positions are along the sensor's z axis from ideal ones; it is taken out.
+    pub sensor_offset_mm: f64,
 }
 
 impl SampleReading {
     /// The distortion map of a table without lag.
     pub fn of_distortion(has_rolls: bool) -> Self {
-        Self { has_rolls, map: MapKind::Distortion, lag_rows: 0.0 }
+        Self { has_rolls, map: MapKind::Distortion, lag_rows: 0.0, sensor_offset_mm: 0.0 }
     }
 
     /// A table's measurements as samples, and what is suspected of them.
@@ -56,9 +62,15 @@ impl SampleReading {
     ) -> Result<(SampleSet, Vec<Suspicion>), E> {
         let mut set = SampleSet::new(content);
         let mut doubts = PairedDoubts::new(content, PoseFrame::Tracker);
-        let mut push = |measurement: &Measurement| {
-            doubts.push(measurement);
-            set.push(measurement, content, self.map);
+        let coil_from_tip = Translation3::new(0.0, 0.0, -self.sensor_offset_mm);
+        let mut push = |m: &Measurement| {
+            let tracker_from_measured = m.tracker_from_measured * coil_from_tip;
+            let measurement = match self.sensor_offset_mm == 0.0 {
+                true => *m,
+                false => Measurement { tracker_from_measured, ..*m },
+            };
+            doubts.push(&measurement);
+            set.push(&measurement, content, self.map);
         };
         if self.lag_rows == 0.0 {
             while let Some(measurement) = next()? {
@@ -259,7 +271,7 @@ mod tests {
             for map in [MapKind::Distortion, MapKind::Correction] {
                 let mut whole = Files::default().read_measurements(&file).unwrap();
                 whole.content = content;
-                let reading = SampleReading { has_rolls, map, lag_rows: 0.0 };
+                let reading = SampleReading { map, ..SampleReading::of_distortion(has_rolls) };
                 let found = read_samples(&file, reading, &Task::default()).unwrap();
                 assert_eq!(found.suspicions, []);
                 assert_eq!(found.as_it_stands(), whole.samples(map));

@@ -10,18 +10,18 @@ use trackwright_geometry::pose::Pose;
 const METRES_REACH: f64 = 5.0;
 const METRES_SPAN: f64 = 2.0;
 
+/// Distance from the origin that no tracker reads, mm: optical ones end at 3 to 8 m.
+const LARGE_REACH: f64 = 2e4;
+
 /// Largest distance from the origin of positions that may be inches or centimetres. The volumes of EM
 /// trackers begin at 10 to 80 mm and are 150 mm deep at least; 60 inches are 1.5 m.
-const SMALL_REACH: f64 = 70.0;
+pub(super) const SMALL_REACH: f64 = 70.0;
 
-/// Rows that determine the order of quaternions by their signs, by chance once in a million tables.
+/// Rows with a negative scalar that determine the order of quaternions by their signs, by chance once in a million tables.
 const MIN_SIGNED: usize = 20;
 
 /// Smallest last component at or below which it counts as one that changes sign where it is no scalar.
 const SMALL_COMPONENT: f64 = 0.35;
-
-/// Part of the rows whose first component has to be negative.
-const MIN_NEGATIVE_PART: f64 = 0.1;
 
 /// Part of the positions that may be in a room's box where they are suspected to be elsewhere.
 const MAX_INSIDE_PART: f64 = 0.1;
@@ -150,6 +150,13 @@ impl Extent {
             _ if reach < METRES_REACH && span < METRES_SPAN => {
                 found.push(Suspicion::Metres { span, reach, is_certain: frame != PoseFrame::Any });
             }
+            _ if reach > LARGE_REACH => {
+                found.push(Suspicion::TooLarge {
+                    span,
+                    reach,
+                    is_certain: frame != PoseFrame::Any,
+                });
+            }
             PoseFrame::Tracker if reach < SMALL_REACH => {
                 found.push(Suspicion::InchesOrCentimetres { span, reach });
             }
@@ -165,7 +172,7 @@ impl Extent {
 pub(super) struct Signs {
     rows: usize,
     negative_first: usize,
-    negative_last: usize,
+    /// Of those rows.
     smallest_last: Option<f64>,
 }
 
@@ -173,18 +180,16 @@ impl Signs {
     pub(super) fn push(&mut self, pose: &Pose) {
         let q = pose.rotation.quaternion();
         self.rows += 1;
-        self.negative_first += usize::from(q.w < 0.0);
-        self.negative_last += usize::from(q.k < 0.0);
-        let smallest = self.smallest_last.unwrap_or(f64::INFINITY).min(q.k);
-        self.smallest_last = Some(smallest);
+        if q.w < 0.0 {
+            self.negative_first += 1;
+            self.smallest_last = Some(self.smallest_last.unwrap_or(f64::INFINITY).min(q.k));
+        }
     }
 
     pub(super) fn suspicion(&self) -> Option<Suspicion> {
         // An axis that stays upright has zeros there, and a scalar is not zero throughout.
-        let is_scalar_like = self.negative_last == 0
-            && self.smallest_last.is_some_and(|k| k > 0.0 && k < SMALL_COMPONENT);
-        let has_signs = self.negative_first as f64 >= MIN_NEGATIVE_PART * self.rows as f64;
-        (self.rows >= MIN_SIGNED && is_scalar_like && has_signs).then_some(Suspicion::ScalarLast {
+        let is_scalar_like = self.smallest_last.is_some_and(|k| k > 0.0 && k < SMALL_COMPONENT);
+        (self.negative_first >= MIN_SIGNED && is_scalar_like).then_some(Suspicion::ScalarLast {
             rows: self.rows,
             negative_first: self.negative_first,
         })

@@ -1,25 +1,16 @@
 //! What the order of a table's rows shows: readings that are late along a path, and a field that changes
-//! while it is measured.
-//!
-//! The field is taken for a polynomial of place and axis. What the readings differ by beside it is compared
-//! with the path's speed and with time, robustly; standard errors are by leaving out pieces of the table
-//! (delete-a-group jackknife), since what polynomials leave is alike from row to row.
+//! while it is measured. The errors beside a smooth field are compared with the path's speed and with time.
 
 use super::Suspicion;
+use super::beside_field::{
+    AXIS_TERMS, Effect, Estimate, PLACE_TERMS, ROWS_A_TERM, Rows, STANDARD_ERRORS, error,
+    field_terms, place,
+};
 use crate::lag::LONGEST_STEP;
 use crate::robust::median;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 use trackwright_field::samples::{Measurement, MeasurementContent};
 use trackwright_geometry::bounds::Bounds;
-
-/// Pieces of the table, one of which is left out in turn.
-const PIECES: usize = 16;
-
-/// Rows for each term of the polynomials.
-const ROWS_A_TERM: usize = 4;
-
-/// Standard errors beyond which something is reported: every table is looked at.
-const STANDARD_ERRORS: f64 = 5.0;
 
 /// Part of the RMS of what is left beside it from which a lag, or a change of the field, is reported.
 const LEAST_PART: f64 = 0.1;
@@ -27,331 +18,80 @@ const LEAST_PART: f64 = 0.1;
 /// A table is a path where the median step is a smaller part of its extent: a lag is a time.
 const PATH_STEP: f64 = 0.05;
 
-/// Weight in rows of the prior that each term of the field is nothing: without it the polynomials follow a
-/// path that hardly meets itself, and leave nothing to its speed. That of noise of 0.3 mm beside terms of 1 mm.
-const PRIOR: f64 = 0.1;
-
 /// Part of the time's square that place and axis have to leave: a grid that is measured line by line, or a path,
 /// has its time in its places, and what the polynomials miss of the field looks like a change with time.
 const LEAST_OWN_PART_OF_TIME: f64 = 0.3;
 
-/// Where more than so many times the median is left of a row, it counts less: of normal errors a seventh is beyond.
-const MOST_LEFT: f64 = 1.5;
-
-/// Solutions at most, and the change of that bound at which no more are made.
-const MOST_ROUNDS: usize = 50;
-const SAME_BOUND: f64 = 1e-3;
-
-/// Terms of place, those of the first degree first.
-const PLACE_TERMS: usize = 10;
-
-/// Terms of the axis, which are even in it: a coil turned round reads the same.
-const AXIS_TERMS: usize = 6;
-
-/// Terms of a whole rotation beside them, each with the places of the first degree: a tool's own coils lie
-/// beside its origin.
-const ROTATION_TERMS: usize = 9;
-const LINEAR_PLACE_TERMS: usize = 4;
-
-/// What a unit of an effect moves each row's reading by.
-type Effect = Vec<Vector3<f64>>;
-
-/// An effect's size, its standard error, and the part of its square that place and axis do not explain.
-struct Estimate {
-    value: f64,
-    standard_error: f64,
-    own_part: f64,
-}
-
-/// The rows in their order, and the field's terms at each.
-#[derive(Clone)]
-struct Rows {
-    errors: Vec<Vector3<f64>>,
-    weights: Vec<f64>,
-    terms: Vec<DVector<f64>>,
-    /// Of the box of all rows.
-    longest_edge_mm: f64,
-}
-
-/// What the order of the rows shows; `stride` is how many rows of the table lie between two.
-pub(super) fn suspicions(
+/// Readings of earlier rows, or of later ones; `stride` is how many rows of the table lie between two.
+pub(super) fn lag(
     rows: &[Measurement],
     content: MeasurementContent,
     stride: usize,
-) -> Vec<Suspicion> {
-    let Some(of_field) = Rows::of(rows, content) else {
-        return Vec::new();
+) -> Option<Suspicion> {
+    let (of_field, longest_edge_mm) = rows_of(rows, content)?;
+    let last = rows.len() - 1;
+    let step = |k: usize| (place(&rows[k + 1]) - place(&rows[k])).norm();
+    let typical = median(&mut (0..last).map(step).collect::<Vec<f64>>())?;
+    if typical > PATH_STEP * longest_edge_mm {
+        return None;
+    }
+    // Where readings are missing the path's speed is not known.
+    let goes_on = |k: usize| step(k) <= LONGEST_STEP * typical;
+    let known: Vec<usize> = (1..last).filter(|k| goes_on(k - 1) && goes_on(*k)).collect();
+    if known.len() < ROWS_A_TERM * of_field.terms[0].len() {
+        return None;
+    }
+    // Without the row itself: its own jitter is in its error.
+    let speed = |k: &usize| (place(&rows[k - 1]) - place(&rows[k + 1])) / 2.0;
+    let effects = [known.iter().map(speed).collect()];
+    let (found, left_mm) = of_field.of_rows(&known).estimates(&effects)?;
+    let moved_mm = found[0].value.abs() * rms(&effects[0]);
+    is_reported(&found[0], moved_mm, left_mm).then(|| Suspicion::Lag {
+        rows: found[0].value * stride as f64,
+        standard_error: found[0].standard_error * stride as f64,
+        moved_mm,
+        left_mm,
+    })
+}
+
+/// A field that grows or shrinks, or an origin that moves, from the first row to the last.
+pub(super) fn change(rows: &[Measurement], content: MeasurementContent) -> Option<Suspicion> {
+    let (of_table, _) = rows_of(rows, content)?;
+    let count = of_table.errors.len();
+    let time = |k: usize| 2.0 * k as f64 / (count - 1) as f64 - 1.0;
+    let of_field = of_table.weighted(&[])?.fitted(&[])?;
+    let grown = |of_time: fn(f64) -> f64| -> Effect {
+        of_field.iter().enumerate().map(|(k, e)| e * of_time(time(k))).collect()
     };
-    of_field.lag(rows, stride).into_iter().chain(of_field.change()).collect()
+    let moved =
+        |axis: usize| -> Effect { (0..count).map(|k| Vector3::ith(axis, time(k))).collect() };
+    let curved: fn(f64) -> f64 = |t| 1.5 * t * t - 0.5;
+    let mut effects = vec![grown(|t| t), grown(curved)];
+    effects.extend((0..3).map(moved));
+    let (found, left_mm) = of_table.estimates(&effects)?;
+    // The field times the time is of a higher degree than the terms: the time itself decides.
+    if found.last()?.own_part < LEAST_OWN_PART_OF_TIME {
+        return None;
+    }
+    let size_mm = |k: usize| found[k].value.abs() * rms(&effects[k]);
+    let largest = (0..found.len()).max_by(|a, b| size_mm(*a).total_cmp(&size_mm(*b)))?;
+    is_reported(&found[largest], size_mm(largest), left_mm).then(|| Suspicion::Drift {
+        of_field: largest < 2,
+        changed_mm: size_mm(largest),
+        left_mm,
+    })
 }
 
-fn place(m: &Measurement) -> Vector3<f64> {
-    m.tracker_from_ideal.translation.vector
-}
-
-impl Rows {
-    fn of(rows: &[Measurement], content: MeasurementContent) -> Option<Self> {
-        let (axis_terms, rotation_terms) = match content {
-            MeasurementContent::PositionOnly => (1, 0),
-            MeasurementContent::FiveDof => (AXIS_TERMS, 0),
-            MeasurementContent::SixDof => (AXIS_TERMS, ROTATION_TERMS),
-        };
-        let of_axes = PLACE_TERMS * axis_terms;
-        let count = of_axes + LINEAR_PLACE_TERMS * rotation_terms;
-        if rows.len() < ROWS_A_TERM * count {
-            return None;
-        }
-        let bounds = Bounds::around(rows.iter().map(|m| place(m).into()))?;
-        let middle = bounds.center_mm().coords;
-        // A table in one plane has a box without thickness.
-        let half = bounds.size_mm().map(|edge| (0.5 * edge).max(f64::EPSILON));
-        let terms = rows.iter().map(|m| {
-            let u = (place(m) - middle).component_div(&half);
-            let [x, y, z] = [u.x, u.y, u.z];
-            let of_place: [f64; PLACE_TERMS] =
-                [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x];
-            let rotation = m.tracker_from_ideal.rotation.to_rotation_matrix();
-            let n = rotation * Vector3::z();
-            let of_axis: [f64; AXIS_TERMS] = [
-                1.0,
-                n.x * n.y,
-                n.y * n.z,
-                n.z * n.x,
-                n.x * n.x - n.y * n.y,
-                n.z * n.z - 1.0 / 3.0,
-            ];
-            DVector::from_fn(count, |k, _| match k.checked_sub(of_axes) {
-                None => of_place[k % PLACE_TERMS] * of_axis[k / PLACE_TERMS],
-                Some(k) => {
-                    of_place[k % LINEAR_PLACE_TERMS] * rotation.matrix()[k / LINEAR_PLACE_TERMS]
-                }
-            })
-        });
-        let errors = rows.iter().map(|m| m.tracker_from_measured.translation.vector - place(m));
-        Some(Self {
-            errors: errors.collect(),
-            weights: vec![1.0; rows.len()],
-            terms: terms.collect(),
-            longest_edge_mm: bounds.size_mm().max(),
-        })
+/// The rows and the length of the longest edge of their box.
+fn rows_of(rows: &[Measurement], content: MeasurementContent) -> Option<(Rows, f64)> {
+    let terms = field_terms(rows, content, PLACE_TERMS, true)?;
+    let axis_terms = if content == MeasurementContent::PositionOnly { 1 } else { AXIS_TERMS };
+    // With fewer terms a lag or a change would be what they miss.
+    if terms[0].len() < PLACE_TERMS * axis_terms {
+        return None;
     }
-
-    fn of_rows(&self, rows: &[usize]) -> Self {
-        Self {
-            errors: rows.iter().map(|&k| self.errors[k]).collect(),
-            weights: rows.iter().map(|&k| self.weights[k]).collect(),
-            terms: rows.iter().map(|&k| self.terms[k].clone()).collect(),
-            ..*self
-        }
-    }
-
-    /// With the weights of Huber's estimate (Huber, Robust Statistics, 1981, 7.8). Least squares would follow the
-    /// rows at which the tracker has another solution, or the field is steep.
-    fn weighted(&self, effects: &[Effect]) -> Option<Self> {
-        let mut rows = self.clone();
-        let mut bound_mm = f64::INFINITY;
-        for _ in 0..MOST_ROUNDS {
-            let fitted = rows.fitted(effects)?;
-            let left =
-                self.errors.iter().zip(&fitted).map(|(error, fitted)| (error - fitted).norm());
-            let left_mm: Vec<f64> = left.collect();
-            let last_mm =
-                std::mem::replace(&mut bound_mm, MOST_LEFT * median(&mut left_mm.clone())?);
-            rows.weights = left_mm.iter().map(|mm| (bound_mm / mm).min(1.0)).collect();
-            if (last_mm - bound_mm).abs() <= SAME_BOUND * bound_mm {
-                break;
-            }
-        }
-        Some(rows)
-    }
-
-    /// What field and effects give at each row.
-    fn fitted(&self, effects: &[Effect]) -> Option<Vec<Vector3<f64>>> {
-        let solution = Sums::of(self, effects, 0..self.errors.len()).solution()?;
-        let row = |(i, terms): (usize, &DVector<f64>)| {
-            let of_field = Vector3::from_fn(|c, _| terms.dot(&solution.field.column(c)));
-            let of_effects = effects.iter().zip(&solution.values);
-            of_effects.fold(of_field, |sum, (effect, value)| sum + effect[i] * *value)
-        };
-        Some(self.terms.iter().enumerate().map(row).collect())
-    }
-
-    /// Readings of earlier rows, or of later ones.
-    fn lag(&self, rows: &[Measurement], stride: usize) -> Option<Suspicion> {
-        let last = rows.len() - 1;
-        let step = |k: usize| (place(&rows[k + 1]) - place(&rows[k])).norm();
-        let typical = median(&mut (0..last).map(step).collect::<Vec<f64>>())?;
-        if typical > PATH_STEP * self.longest_edge_mm {
-            return None;
-        }
-        // Where readings are missing the path's speed is not known.
-        let goes_on = |k: usize| step(k) <= LONGEST_STEP * typical;
-        let known: Vec<usize> = (1..last).filter(|k| goes_on(k - 1) && goes_on(*k)).collect();
-        if known.len() < ROWS_A_TERM * self.terms[0].len() {
-            return None;
-        }
-        // Without the row itself: its own jitter is in its error.
-        let speed = |k: &usize| (place(&rows[k - 1]) - place(&rows[k + 1])) / 2.0;
-        let effects = [known.iter().map(speed).collect()];
-        let (found, left_mm) = self.of_rows(&known).estimates(&effects)?;
-        let moved_mm = found[0].value.abs() * rms(&effects[0]);
-        is_reported(&found[0], moved_mm, left_mm).then(|| Suspicion::Lag {
-            rows: found[0].value * stride as f64,
-            standard_error: found[0].standard_error * stride as f64,
-            moved_mm,
-            left_mm,
-        })
-    }
-
-    /// A field that grows or shrinks, or an origin that moves, with time.
-    fn change(&self) -> Option<Suspicion> {
-        let count = self.errors.len();
-        let time = |k: usize| 2.0 * k as f64 / (count - 1) as f64 - 1.0;
-        let of_field = self.weighted(&[])?.fitted(&[])?;
-        let grown = |of_time: fn(f64) -> f64| -> Effect {
-            of_field.iter().enumerate().map(|(k, e)| e * of_time(time(k))).collect()
-        };
-        let moved =
-            |axis: usize| -> Effect { (0..count).map(|k| Vector3::ith(axis, time(k))).collect() };
-        let curved: fn(f64) -> f64 = |t| 1.5 * t * t - 0.5;
-        let mut effects = vec![grown(|t| t), grown(curved)];
-        effects.extend((0..3).map(moved));
-        let (found, left_mm) = self.estimates(&effects)?;
-        // The field times the time is of a higher degree than the terms: the time itself decides.
-        if found.last()?.own_part < LEAST_OWN_PART_OF_TIME {
-            return None;
-        }
-        let size_mm = |k: usize| found[k].value.abs() * rms(&effects[k]);
-        let largest = (0..found.len()).max_by(|a, b| size_mm(*a).total_cmp(&size_mm(*b)))?;
-        is_reported(&found[largest], size_mm(largest), left_mm).then(|| Suspicion::Drift {
-            of_field: largest < 2,
-            changed_mm: size_mm(largest),
-            left_mm,
-        })
-    }
-
-    /// The effects beside the field, and the RMS of what counts of what is left beside both.
-    fn estimates(&self, effects: &[Effect]) -> Option<(Vec<Estimate>, f64)> {
-        let count = self.errors.len();
-        let rows = self.weighted(effects)?;
-        let pieces: Vec<Sums> = (0..PIECES)
-            .map(|piece| {
-                let range = piece * count / PIECES..(piece + 1) * count / PIECES;
-                Sums::of(&rows, effects, range)
-            })
-            .collect();
-        let none = Sums::none(&rows, effects);
-        let all = pieces.iter().fold(none, |sum, piece| sum.plus(piece, 1.0));
-        let whole = all.solution()?;
-        let without: Option<Vec<DVector<f64>>> =
-            pieces.iter().map(|piece| Some(all.plus(piece, -1.0).solution()?.values)).collect();
-        let without = without?;
-        // The weights would change with the rows that are left out (Huber, 7.6).
-        let full = rows.weights.iter().filter(|weight| **weight == 1.0).count();
-        let by_weights = rows.weights.iter().sum::<f64>() / full as f64;
-        let estimate = |k: usize| {
-            let mean = without.iter().map(|of| of[k]).sum::<f64>() / PIECES as f64;
-            let squared: f64 = without.iter().map(|of| (of[k] - mean).powi(2)).sum();
-            let part = (PIECES - 1) as f64 / PIECES as f64;
-            Estimate {
-                value: whole.values[k],
-                standard_error: (part * squared).sqrt() * by_weights,
-                own_part: whole.own_parts[k],
-            }
-        };
-        let left_mm = (whole.squared_left.max(0.0) / rows.weights.iter().sum::<f64>()).sqrt();
-        Some(((0..effects.len()).map(estimate).collect(), left_mm))
-    }
-}
-
-/// Field and effects by least squares.
-struct Solution {
-    /// A column for each component of the error.
-    field: DMatrix<f64>,
-    values: DVector<f64>,
-    own_parts: Vec<f64>,
-    squared_left: f64,
-}
-
-/// Sums over rows from which the effects follow.
-struct Sums {
-    /// Of the field's terms among themselves.
-    field: DMatrix<f64>,
-    /// Of the field's terms with each effect and the errors, a component after the other.
-    across: DMatrix<f64>,
-    /// Of effects and errors among themselves.
-    own: DMatrix<f64>,
-}
-
-impl Sums {
-    fn none(rows: &Rows, effects: &[Effect]) -> Self {
-        let (terms, own) = (rows.terms[0].len(), effects.len() + 1);
-        Self {
-            field: DMatrix::zeros(terms, terms),
-            across: DMatrix::zeros(terms, 3 * own),
-            own: DMatrix::zeros(own, own),
-        }
-    }
-
-    fn of(rows: &Rows, effects: &[Effect], range: std::ops::Range<usize>) -> Self {
-        let mut sums = Self::none(rows, effects);
-        for i in range {
-            let (terms, weight) = (&rows.terms[i], rows.weights[i]);
-            sums.field.ger(weight, terms, terms, 1.0);
-            let each: Vec<Vector3<f64>> =
-                effects.iter().map(|of| of[i]).chain([rows.errors[i]]).collect();
-            let flat =
-                DVector::from_iterator(3 * each.len(), each.iter().flat_map(|v| v.iter().copied()));
-            sums.across.ger(weight, terms, &flat, 1.0);
-            for (a, first) in each.iter().enumerate() {
-                for (b, second) in each.iter().enumerate() {
-                    sums.own[(a, b)] += weight * first.dot(second);
-                }
-            }
-        }
-        sums
-    }
-
-    fn plus(&self, other: &Self, sign: f64) -> Self {
-        Self {
-            field: &self.field + &other.field * sign,
-            across: &self.across + &other.across * sign,
-            own: &self.own + &other.own * sign,
-        }
-    }
-
-    fn solution(&self) -> Option<Solution> {
-        let of_each = solved(self.field.clone(), &self.across, PRIOR)?;
-        let explained = self.across.transpose() * &of_each;
-        let count = self.own.nrows();
-        // What the field does not explain, summed over components.
-        let left = DMatrix::from_fn(count, count, |a, b| {
-            let of_field: f64 = (0..3).map(|c| explained[(3 * a + c, 3 * b + c)]).sum();
-            self.own[(a, b)] - of_field
-        });
-        let own = left.view((0, 0), (count - 1, count - 1)).into_owned();
-        let with_errors = left.view((0, count - 1), (count - 1, 1)).into_owned();
-        let values = match count {
-            1 => DVector::zeros(0),
-            _ => solved(own, &with_errors, 0.0)?.column(0).into_owned(),
-        };
-        let of_errors = of_each.columns(3 * (count - 1), 3).into_owned();
-        let beside = |field, (k, value): (usize, &f64)| field - of_each.columns(3 * k, 3) * *value;
-        Some(Solution {
-            field: values.iter().enumerate().fold(of_errors, beside),
-            squared_left: left[(count - 1, count - 1)] - values.dot(&with_errors.column(0)),
-            own_parts: (0..count - 1).map(|k| left[(k, k)] / self.own[(k, k)]).collect(),
-            values,
-        })
-    }
-}
-
-/// The solution of normal equations with a prior of so many rows; `None` where they do not determine it.
-fn solved(mut normal: DMatrix<f64>, right: &DMatrix<f64>, prior: f64) -> Option<DMatrix<f64>> {
-    for k in 0..normal.nrows() {
-        normal[(k, k)] += prior;
-    }
-    Some(normal.cholesky()?.solve(right))
+    let bounds = Bounds::around(rows.iter().map(|m| place(m).into()))?;
+    Some((Rows::new(rows.iter().map(error).collect(), terms), bounds.size_mm().max()))
 }
 
 fn is_reported(found: &Estimate, size_mm: f64, left_mm: f64) -> bool {
@@ -402,7 +142,8 @@ mod tests {
             }
         };
         let rows: Vec<Measurement> = (0..ROWS).map(row).collect();
-        suspicions(&rows, MeasurementContent::FiveDof, 1)
+        let content = MeasurementContent::FiveDof;
+        lag(&rows, content, 1).into_iter().chain(change(&rows, content)).collect()
     }
 
     #[test]

@@ -1,71 +1,47 @@
 //! What two sides of a table show beside each other, row by row.
 
-use super::alone::{Extent, PoseFrame, Signs, is_too_far};
-use super::{Explained, MIN_ROWS, Suspicion, in_order, on_axes, signed_axes, turned};
-use crate::registration::register;
+use super::alone::{Extent, PoseFrame, SMALL_REACH, Signs, is_too_far};
+use super::mistake::Mistake;
+use super::parts::{self, FAR_MM, FAR_RATIO};
+use super::whole::{self, CERTAIN_PART, LEAST_MM, positions};
+use super::{Explained, MIN_ROWS, Part, Suspicion, in_order, sensor};
 use crate::robust::median;
-use nalgebra::{Matrix3, Point3, Vector3};
-use std::collections::VecDeque;
+use nalgebra::{Point3, Vector3};
+use std::collections::HashMap;
 use trackwright_field::samples::{Measurement, MeasurementContent};
+use trackwright_geometry::bounds::Bounds;
 
-/// Rows that are looked at, evenly from the table, of however many.
-const MAX_KEPT: usize = 4096;
+/// Rows that are kept, evenly from the table: 30 MB.
+const MAX_KEPT: usize = 1 << 18;
+
+/// Rows that whole sides are compared by.
+const MAX_COMPARED: usize = 4096;
 
 /// Rows by which a side may be late.
 const MAX_SHIFT: usize = 3;
-
-/// Rows around a step: as many before it and behind it as a side may be late by.
-const WINDOW: usize = 2 * MAX_SHIFT + 2;
 
 /// Steps from row to row that are used, the longest of the table, and the fewest: on a path,
 /// whose rows are nearly where their neighbours are, those at its gaps and ends alone.
 const MAX_STEPS: usize = 256;
 const MIN_STEPS: usize = 6;
 
-/// Difference in the median that requires an explanation, mm: the worst good table has 4.7.
-const LEAST_MM: f64 = 5.0;
-
-/// Part of the spread beyond which a difference is not the field's; good tables have at most 0.04.
-const CERTAIN_PART: f64 = 0.2;
-
-/// An explanation as good as the best to this factor is preferred where it is simpler.
-const AS_GOOD: f64 = 1.5;
-
-/// A row is an outlier where its sides are farther apart than this, mm, and so many times as far as
-/// the median row's. Good tables have 24 and 50 mm at most, the latter where characterisation leaves
-/// out what is farther, and 19 times the median.
-const OUTLIER_MM: f64 = 60.0;
-const OUTLIER_RATIO: f64 = 20.0;
-
 /// Those down to half as far are outliers as well where so many times as far as the next nearer row: they
 /// are the tracker's other solution too.
 const OUTLIER_GAP: f64 = 1.5;
 
-/// Spread of the wider side that determines the other's unit, mm: a still sensor's is noise.
-const MIN_SPREAD_MM: f64 = 20.0;
+/// A row is repeated where its numbers stand so many times as often in the table as those of the median row.
+const LEAST_REPEATS: f64 = 5.0;
 
-/// Rows that the distance of each row to is compared.
-const SCALE_PARTNERS: usize = 8;
+/// Units in which rows are close to the origin, and the part of these that has to be in the room with one of them.
+const SMALL_UNITS: [(f64, &str); 3] = [(10.0, "centimetres"), (25.4, "inches"), (1000.0, "metres")];
+const MOST_OF_SMALL: f64 = 0.8;
 
-/// Ratios of units, and how near one has to be; a field scales by some hundredths.
-const UNITS: [(f64, &str); 5] = [
-    (1000.0, "metres and millimetres"),
-    (304.8, "feet and millimetres"),
-    (100.0, "metres and centimetres"),
-    (25.4, "inches and millimetres"),
-    (10.0, "centimetres and millimetres"),
-];
-const UNIT_TOLERANCE: f64 = 0.1;
+/// Part of the table's spread that rows in another frame have at least.
+const SPREAD_PART: f64 = 0.5;
 
-/// Ratio of the sides' spreads that no field makes, where it is of no units.
-const MAX_SCALE: f64 = 1.5;
-
-/// Parts of the spread that a registration leaves: to be reported, and of no good localisation.
-const LEAST_PART: f64 = 0.02;
-const MIRRORED_PART: f64 = 0.05;
-
-/// Points that are their own mirror image but for a rotation.
-const MIN_MIRRORED: usize = 3;
+/// Rooms distort by less, RMS.
+const LARGE_MM: f64 = 20.0;
+const LARGE_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 
 /// Measurements as they come, of which a bounded number is kept.
 #[derive(Clone, Debug)]
@@ -76,13 +52,6 @@ pub struct PairedDoubts {
     kept: Vec<Measurement>,
     /// Every so many-th row is kept.
     stride: usize,
-    recent: VecDeque<Pair>,
-    /// With the rows around them.
-    steps: Vec<Step>,
-    /// Shorter ones are not among the longest.
-    least_step_mm: f64,
-    /// Distance between the sides of each row, mm.
-    apart_mm: Vec<f32>,
     ideal: Extent,
     measured: Extent,
     signs: [Signs; 2],
@@ -97,10 +66,6 @@ impl PairedDoubts {
             rows: 0,
             kept: Vec::new(),
             stride: 1,
-            recent: VecDeque::with_capacity(WINDOW),
-            steps: Vec::new(),
-            least_step_mm: LEAST_MM,
-            apart_mm: Vec::new(),
             ideal: Extent::default(),
             measured: Extent::default(),
             signs: [Signs::default(); 2],
@@ -123,7 +88,6 @@ impl PairedDoubts {
         let (ideal, measured) = positions(m);
         self.ideal.push(&[ideal]);
         self.measured.push(&[measured]);
-        self.apart_mm.push((measured - ideal).norm() as f32);
         if self.content != MeasurementContent::PositionOnly {
             self.signs[0].push(&m.tracker_from_ideal);
             self.signs[1].push(&m.tracker_from_measured);
@@ -138,30 +102,7 @@ impl PairedDoubts {
                 self.kept.push(*m);
             }
         }
-        self.push_step((ideal, measured));
         self.rows += 1;
-    }
-
-    fn push_step(&mut self, pair: Pair) {
-        if self.recent.len() == WINDOW {
-            self.recent.pop_front();
-        }
-        self.recent.push_back(pair);
-        if self.recent.len() < WINDOW {
-            return;
-        }
-        let around: [Pair; WINDOW] = std::array::from_fn(|k| self.recent[k]);
-        let length_mm = (around[MAX_SHIFT + 1].0 - around[MAX_SHIFT].0).norm();
-        let is_long = length_mm > self.least_step_mm && length_mm < super::MAX_POSITION_MM;
-        if !is_long {
-            return;
-        }
-        self.steps.push(Step { length_mm, around });
-        if self.steps.len() == 2 * MAX_STEPS {
-            self.steps.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
-            self.steps.truncate(MAX_STEPS);
-            self.least_step_mm = self.steps[MAX_STEPS - 1].length_mm;
-        }
     }
 
     /// What is suspected, the worst first.
@@ -170,43 +111,104 @@ impl PairedDoubts {
         if self.rows < MIN_ROWS {
             return found;
         }
-        let usable: Vec<Measurement> = self
+        let is_usable = |m: &Measurement| {
+            let (ideal, measured) = positions(m);
+            let is_missing = self.frame != PoseFrame::Any && is_missing(m);
+            !(is_too_far(&ideal) || is_too_far(&measured) || is_missing)
+        };
+        let usable: Vec<(usize, Measurement)> = self
             .kept
             .iter()
-            .filter(|m| {
-                let (ideal, measured) = positions(m);
-                !is_too_far(&ideal) && !is_too_far(&measured)
-            })
-            .copied()
+            .enumerate()
+            .filter(|(_, m)| is_usable(m))
+            .map(|(k, m)| (k * self.stride, *m))
             .collect();
-        let pairs: Vec<_> = usable.iter().map(positions).collect();
-        if pairs.len() < MIN_ROWS {
+        found.extend(self.zeros());
+        if usable.len() < MIN_ROWS {
             return found;
         }
+        found.extend(copied(&usable).into_iter().chain(repeated(&usable)));
+        let compared: Vec<Measurement> = every(&usable, MAX_COMPARED).map(|(_, m)| *m).collect();
+        let pairs: Vec<_> = compared.iter().map(positions).collect();
         // One of another scale is compared with nothing until that is put right.
-        if let Some(scale) = scale(&pairs, ["ideal", "measured"]) {
+        if let Some(scale) = whole::scale(&pairs, ["ideal", "measured"]) {
             found.push(scale);
+        } else if let Some(part) = self.unit_of_part(&usable) {
+            found.push(part);
         } else {
-            let place = self.shift(&pairs).or_else(|| placed(&pairs));
-            let is_shifted = matches!(place, Some(Suspicion::RowShift { .. }));
-            let has_frame = place.is_some();
-            found.extend(place.clone());
-            if place.is_none() {
-                found.extend(self.outliers());
-            }
-            if self.content != MeasurementContent::PositionOnly && !is_shifted {
-                let turned = turned::suspicion(&usable, has_frame);
-                if turned.is_none() {
-                    found.extend(self.scalar_last());
-                }
-                found.extend(turned);
-            }
+            found.extend(self.compared(&usable, &compared));
         }
-        // Other mistakes move all rows, or whole parts of them.
-        if found.iter().all(|suspicion| matches!(suspicion, Suspicion::Outliers { .. })) {
-            found.extend(in_order::suspicions(&usable, self.content, self.stride));
+        if found.is_empty() {
+            found.extend(large(&compared, self.content));
         }
         found.sort_by_key(|suspicion| !suspicion.is_beyond_doubt());
+        found
+    }
+
+    /// Of sides in the same unit.
+    fn compared(&self, usable: parts::Rows<'_>, compared: &[Measurement]) -> Vec<Suspicion> {
+        let has_axes = self.content != MeasurementContent::PositionOnly;
+        let mut found = Vec::new();
+        let shift = self.shift(usable);
+        let place = || {
+            let [scaled, placed] = [sensor::scale(compared), whole::placed(compared)];
+            match (&scaled, &placed) {
+                (
+                    Some(Suspicion::Mistake { explained: by_scale, .. }),
+                    Some(Suspicion::Mistake { explained: by_place, .. }),
+                ) if by_place.after < by_scale.after => placed,
+                _ => scaled.or(placed),
+            }
+        };
+        let is_shifted = shift.is_some();
+        found.extend(shift.or_else(place));
+        if has_axes && !is_shifted {
+            let turned = whole::turned(compared, !found.is_empty());
+            if turned.is_none() {
+                found.extend(self.scalar_last());
+            }
+            found.extend(turned);
+        }
+        if !found.is_empty() {
+            return found;
+        }
+        let positions = parts::far_positions(usable);
+        if positions.found.is_none() && positions.is_far.contains(&true) {
+            let of_all = self
+                .shift_of_part(usable, &positions)
+                .or_else(|| frame_of_part(usable, &positions.is_far))
+                .or_else(|| parts::moved(usable, self.content));
+            if let Some(of_all) = of_all {
+                return vec![of_all];
+            }
+        }
+        let mut is_far = positions.is_far.clone();
+        found.extend(positions.found.or_else(|| outliers(usable)));
+        if has_axes {
+            let orientations = parts::far_orientations(usable);
+            let is_new = |k: &usize| orientations.is_far[*k] && !is_far[*k];
+            let far: Vec<usize> = (0..usable.len()).filter(is_new).collect();
+            found.extend(orientations.found.or_else(|| {
+                let first_row = usable[*far.first()?].0 + 1;
+                let part = Some(Part { count: far.len(), of: usable.len(), first_row });
+                let mut angles: Vec<f64> =
+                    far.iter().map(|&k| parts::angle(&usable[k].1)).collect();
+                Some(Suspicion::Orientations { median_rad: median(&mut angles)?, part })
+            }));
+            is_far.iter_mut().zip(&orientations.is_far).for_each(|(all, is)| *all |= is);
+        }
+        let near: Vec<(usize, Measurement)> =
+            usable.iter().zip(&is_far).filter(|(_, is)| !**is).map(|(row, _)| *row).collect();
+        if near.len() < MIN_ROWS {
+            return found;
+        }
+        let compared: Vec<Measurement> = every(&near, MAX_COMPARED).map(|(_, m)| *m).collect();
+        let stride = self.stride * near.len().div_ceil(MAX_COMPARED);
+        let of_all = in_order::lag(&compared, self.content, stride)
+            .or_else(|| parts::moved(&near, self.content))
+            .or_else(|| sensor::of_sensor(&compared, self.content))
+            .or_else(|| in_order::change(&compared, self.content));
+        found.extend(of_all);
         found
     }
 
@@ -229,229 +231,201 @@ impl PairedDoubts {
         ideal.or(measured)
     }
 
-    fn outliers(&self) -> Option<Suspicion> {
-        let mut all: Vec<f64> = self.apart_mm.iter().map(|&mm| f64::from(mm)).collect();
-        let median = median(&mut all)?;
-        let mut limit = OUTLIER_MM.max(OUTLIER_RATIO * median);
-        all.sort_by(f64::total_cmp);
-        let first_beyond = all.partition_point(|mm| *mm <= limit);
-        let half_as_far = all.partition_point(|mm| *mm <= limit / 2.0);
-        let neighbors = all.get(half_as_far.saturating_sub(1)..=first_beyond)?.windows(2);
-        let gap = neighbors.max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
-        if let Some(&[nearer, farther]) = gap
-            && farther > OUTLIER_GAP * nearer
-        {
-            limit = (nearer + farther) / 2.0;
+    /// Rows beside a tracker's origin, apart from the others, and among them where both sides are in another unit.
+    fn unit_of_part(&self, rows: parts::Rows<'_>) -> Option<Suspicion> {
+        let is_small = |(_, m): &&(usize, Measurement)| {
+            let (ideal, measured) = positions(m);
+            ideal.norm().max(measured.norm()) < SMALL_REACH
+        };
+        if self.frame != PoseFrame::Tracker {
+            return None;
         }
-        let mut beyond = self.apart_mm.iter().enumerate().filter(|(_, mm)| {
-            let mm = f64::from(**mm);
-            mm > limit && mm < super::MAX_POSITION_MM
-        });
-        let (first, mm) = beyond.next()?;
-        let (count, largest) =
-            beyond.fold((1, *mm), |(count, most), (_, mm)| (count + 1, most.max(*mm)));
-        let (first_row, largest) = (first + 1, largest.into());
-        Some(Suspicion::Outliers { count, first_row, limit, largest, median })
+        let place = |(_, m): &(usize, Measurement)| Point3::from(positions(m).0);
+        let room = Bounds::around(rows.iter().filter(|row| !is_small(row)).map(place))?;
+        let small: Vec<&(usize, Measurement)> =
+            rows.iter().filter(is_small).filter(|row| !room.contains(&place(row))).collect();
+        let inside =
+            |factor: f64| small.iter().filter(|row| room.contains(&(place(row) * factor))).count();
+        let units = SMALL_UNITS.map(|(factor, units)| (inside(factor), units));
+        let (count, units) = units.into_iter().max_by_key(|(count, _)| *count)?;
+        let is_it = count >= MIN_ROWS && count as f64 > MOST_OF_SMALL * small.len() as f64;
+        let part = Part { count, of: rows.len(), first_row: small.first()?.0 + 1 };
+        is_it.then_some(Suspicion::UnitOfPart { part, units })
+    }
+
+    /// Positions of a tracker are nowhere in its origin.
+    fn zeros(&self) -> Option<Suspicion> {
+        if self.frame == PoseFrame::Any {
+            return None;
+        }
+        let of = |is_it: fn(&Measurement) -> bool| -> Vec<usize> {
+            (0..self.kept.len()).filter(|&k| is_it(&self.kept[k])).collect()
+        };
+        // A grid may have a few rows in the origin.
+        let both = of(|m| positions(m) == (Vector3::zeros(), Vector3::zeros()));
+        let rows = if both.len() < MIN_ROWS { of(is_missing) } else { both };
+        let first_row = rows.first()? * self.stride + 1;
+        Some(Suspicion::Zeros { count: rows.len(), first_row })
+    }
+
+    /// Far rows that are those of some rows before or after.
+    fn shift_of_part(&self, rows: parts::Rows<'_>, far: &parts::FarRows) -> Option<Suspicion> {
+        let place = |k: usize| positions(&rows[k].1);
+        // Along a path a row's neighbours are near it: only readings that are not in their own row count.
+        let left = |k: usize, by: isize| {
+            let at = k.checked_add_signed(by).filter(|&at| at < rows.len() && far.is_far[at])?;
+            Some((place(at).1 - place(k).0).norm())
+        };
+        let of = |by: isize| -> Vec<usize> {
+            let is_it = |&k: &usize| left(k, by).is_some_and(|left| left <= far.near);
+            (0..rows.len()).filter(|&k| far.is_far[k]).filter(is_it).collect()
+        };
+        let shifts = (1..=MAX_SHIFT as isize).flat_map(|by| [by, -by]);
+        let (by, members) = shifts.map(|by| (by, of(by))).max_by_key(|(_, of)| of.len())?;
+        let count = far.is_far.iter().filter(|is| **is).count();
+        if self.stride > 1 || members.len() < MIN_ROWS || 2 * members.len() < count {
+            return None;
+        }
+        let median_of = |by: isize| {
+            median(&mut members.iter().filter_map(|&k| left(k, by)).collect::<Vec<_>>())
+        };
+        let change = Explained::new(median_of(0)?, median_of(by)?, FAR_MM, FAR_MM)?;
+        let first_row = rows[members[0]].0 + 1;
+        let part = Some(Part { count: members.len(), of: rows.len(), first_row });
+        Some(Suspicion::RowShift { rows: by, part, change })
     }
 
     /// Rows of one side that are late: its steps from row to row are those of other rows.
-    fn shift(&self, pairs: &[Pair]) -> Option<Suspicion> {
-        if self.steps.len() < MIN_STEPS {
+    fn shift(&self, rows: parts::Rows<'_>) -> Option<Suspicion> {
+        if self.stride > 1 {
             return None;
         }
-        let late = |rows: isize| {
-            let each = self.steps.iter().map(|step| step.difference_mm(rows));
+        let pair = |k: usize| positions(&rows[k].1);
+        let length = |k: usize| (pair(k + 1).0 - pair(k).0).norm();
+        let last = rows.len().checked_sub(MAX_SHIFT + 1)?;
+        let mut steps: Vec<usize> = (MAX_SHIFT..last).filter(|&k| length(k) > LEAST_MM).collect();
+        steps.sort_by(|a, b| length(*b).total_cmp(&length(*a)));
+        steps.truncate(MAX_STEPS);
+        if steps.len() < MIN_STEPS {
+            return None;
+        }
+        // Between a step of the ideal side and the measured one so many rows later.
+        let late = |by: isize| {
+            let each = steps.iter().map(|&k| {
+                let at = k.saturating_add_signed(by);
+                let ideal = pair(k + 1).0 - pair(k).0;
+                (pair(at + 1).1 - pair(at).1 - ideal).norm()
+            });
             median(&mut each.collect::<Vec<_>>())
         };
-        let shifts = (1..=MAX_SHIFT as isize).flat_map(|rows| [rows, -rows]);
-        let tried = shifts.filter_map(|rows| Some((rows, late(rows)?)));
-        let (rows, after) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let certain = CERTAIN_PART * spread(pairs.iter().map(|pair| &pair.0));
+        let shifts = (1..=MAX_SHIFT as isize).flat_map(|by| [by, -by]);
+        let tried = shifts.filter_map(|by| Some((by, late(by)?)));
+        let (by, after) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let places: Vec<Vector3<f64>> =
+            every(rows, MAX_COMPARED).map(|(_, m)| positions(m).0).collect();
+        let certain = CERTAIN_PART * whole::spread(places.iter());
         let change = Explained::new(late(0)?, after, LEAST_MM, certain)?;
-        Some(Suspicion::RowShift { rows, change })
+        Some(Suspicion::RowShift { rows: by, part: None, change })
     }
 }
 
-/// Where a table goes from one row to the next.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    /// Of the ideal side.
-    length_mm: f64,
-    around: [Pair; WINDOW],
+/// Whether one side has zeros and the other another place.
+fn is_missing(m: &Measurement) -> bool {
+    let (ideal, measured) = positions(m);
+    let has_zeros = ideal == Vector3::zeros() || measured == Vector3::zeros();
+    has_zeros && (ideal - measured).norm() > FAR_MM
 }
 
-impl Step {
-    /// Between this step of the ideal side and the measured one so many rows later.
-    fn difference_mm(&self, rows: isize) -> f64 {
-        let at = MAX_SHIFT.saturating_add_signed(rows);
-        let ideal = self.around[MAX_SHIFT + 1].0 - self.around[MAX_SHIFT].0;
-        (self.around[at + 1].1 - self.around[at].1 - ideal).norm()
-    }
+/// So many rows, evenly.
+fn every<'a>(rows: parts::Rows<'a>, most: usize) -> impl Iterator<Item = &'a (usize, Measurement)> {
+    rows.iter().step_by(rows.len().div_ceil(most))
 }
 
-/// Suspicions about corresponding points that a registration has to bring together: their scale, and
-/// whether they are mirror images; what is explained is what the registration leaves, RMS.
-pub fn of_point_pairs(source: &[Point3<f64>], target: &[Point3<f64>]) -> Vec<Suspicion> {
-    let pairs: Vec<Pair> = source
-        .iter()
-        .zip(target)
-        .map(|(source, target)| (source.coords, target.coords))
-        .filter(|(a, b)| !is_too_far(a) && !is_too_far(b))
-        .collect();
-    if let Some(scale) = scale(&pairs, ["source", "target"]) {
-        return vec![scale];
+/// Rows that are far and in another frame than the others.
+fn frame_of_part(rows: parts::Rows<'_>, is_far: &[bool]) -> Option<Suspicion> {
+    let far: Vec<&(usize, Measurement)> =
+        rows.iter().zip(is_far).filter(|(_, is)| **is).map(|(row, _)| row).collect();
+    if far.len() < MIN_ROWS {
+        return None;
     }
-    // What lies in a plane is its own mirror image, turned over.
-    let of = |side: fn(&Pair) -> Vector3<f64>| pairs.iter().map(side).map(Point3::from).collect();
-    let [source, mirrored, target]: [Vec<Point3<f64>>; 3] =
-        [of(|p| p.0), of(|p| mirror() * p.0), of(|p| p.1)];
-    let fre = |source: &[Point3<f64>]| register(source, &target).map(|found| found.fre_rms_mm);
-    let (Ok(before), Ok(after)) = (fre(&source), fre(&mirrored)) else {
-        return Vec::new();
+    let pairs: Vec<_> = far.iter().map(|(_, m)| positions(m)).collect();
+    let near = rows.iter().zip(is_far).filter(|(_, is)| !**is);
+    let near: Vec<Vector3<f64>> = near.map(|((_, m), _)| positions(m).0).collect();
+    // Within a small region a rotation and a translation explain any field.
+    if whole::spread(pairs.iter().map(|pair| &pair.0)) < SPREAD_PART * whole::spread(near.iter()) {
+        return None;
+    }
+    let (pose, after) = whole::rigid(&pairs, false)?;
+    let before = median(&mut pairs.iter().map(|(a, b)| (a - b).norm()).collect::<Vec<_>>())?;
+    let explained = Explained::new(before, after, FAR_MM, FAR_MM)?;
+    let at = nalgebra::Point3::from(pairs[0].0);
+    let mistake =
+        Mistake::Frame { angle_rad: pose.rotation.angle(), shift: (pose * at - at).norm() };
+    let part = Some(Part { count: far.len(), of: rows.len(), first_row: far[0].0 + 1 });
+    Some(Suspicion::Mistake { mistake, part, explained })
+}
+
+fn outliers(rows: parts::Rows<'_>) -> Option<Suspicion> {
+    let apart = |m: &Measurement| {
+        let (ideal, measured) = positions(m);
+        (measured - ideal).norm()
     };
-    let spread = spread(pairs.iter().map(|pair| &pair.0));
-    let least = LEAST_MM.min(LEAST_PART * spread);
-    match Explained::new(before, after, least, MIRRORED_PART * spread) {
-        Some(change) if pairs.len() > MIN_MIRRORED => vec![Suspicion::Mirrored { change }],
-        _ => Vec::new(),
+    let mut all: Vec<f64> = rows.iter().map(|(_, m)| apart(m)).collect();
+    let median = median(&mut all)?;
+    let mut limit = FAR_MM.max(FAR_RATIO * median);
+    all.sort_by(f64::total_cmp);
+    let first_beyond = all.partition_point(|mm| *mm <= limit);
+    let half_as_far = all.partition_point(|mm| *mm <= limit / 2.0);
+    let neighbors = all.get(half_as_far.saturating_sub(1)..=first_beyond)?.windows(2);
+    let gap = neighbors.max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
+    if let Some(&[nearer, farther]) = gap
+        && farther > OUTLIER_GAP * nearer
+    {
+        limit = (nearer + farther) / 2.0;
     }
+    let mut beyond = rows.iter().filter(|(_, m)| apart(m) > limit);
+    let first_row = beyond.next()?.0 + 1;
+    let largest = all.last().copied()?;
+    Some(Suspicion::Outliers { count: 1 + beyond.count(), first_row, limit, largest, median })
 }
 
-fn mirror() -> Matrix3<f64> {
-    Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0))
-}
-
-/// An ideal and a measured position.
-type Pair = (Vector3<f64>, Vector3<f64>);
-
-fn positions(m: &Measurement) -> Pair {
-    (m.tracker_from_ideal.translation.vector, m.tracker_from_measured.translation.vector)
-}
-
-/// Median distance of the sides, one of them mapped.
-fn apart(pairs: &[Pair], map: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> f64 {
-    let mut each: Vec<f64> =
-        pairs.iter().map(|(ideal, measured)| (map(ideal) - measured).norm()).collect();
-    median(&mut each).unwrap_or(0.0)
-}
-
-fn explained(pairs: &[Pair], after: f64) -> Option<Explained> {
-    let spread = spread(pairs.iter().map(|pair| &pair.0));
-    Explained::new(apart(pairs, |p| *p), after, LEAST_MM, CERTAIN_PART * spread)
-}
-
-/// Median distance from the middle, coordinate by coordinate.
-fn spread<'a>(positions: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> f64 {
-    let middle = middle(positions.clone());
-    median(&mut positions.map(|p| (p - middle).norm()).collect::<Vec<_>>()).unwrap_or(0.0)
-}
-
-fn middle<'a>(positions: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> Vector3<f64> {
-    Vector3::from_fn(|k, _| {
-        median(&mut positions.clone().map(|p| p[k]).collect::<Vec<_>>()).unwrap_or(0.0)
-    })
-}
-
-/// The ratio of distances between rows, whatever frames they are in.
-fn scale(pairs: &[Pair], sides: [&'static str; 2]) -> Option<Suspicion> {
-    // Every row with some others, all over the table.
-    let others = (1..pairs.len()).step_by((pairs.len() / SCALE_PARTNERS).max(1));
-    let each = others.flat_map(|by| {
-        (0..pairs.len()).map(move |k| {
-            let (a, b) = (&pairs[k], &pairs[(k + by) % pairs.len()]);
-            ((a.0 - b.0).norm(), (a.1 - b.1).norm())
-        })
+fn copied(rows: parts::Rows<'_>) -> Option<Suspicion> {
+    let mut copied = rows.iter().filter(|(_, m)| {
+        let (ideal, measured) = positions(m);
+        ideal == measured
     });
-    let distances: Vec<(f64, f64)> = each.filter(|(a, b)| a.max(*b) >= MIN_SPREAD_MM).collect();
-    let ratio = median(&mut distances.iter().map(|(a, b)| b / a).collect::<Vec<_>>())?;
-    let factor = ratio.max(ratio.recip());
-    if !factor.is_finite() || factor < MAX_SCALE {
-        return None;
-    }
-    let is_of = |unit: f64| (factor / unit - 1.0).abs() < UNIT_TOLERANCE;
-    let units = UNITS.iter().find(|(unit, _)| is_of(*unit));
-    let typical =
-        |side: fn(&(f64, f64)) -> f64| median(&mut distances.iter().map(side).collect::<Vec<_>>());
-    Some(Suspicion::Scale {
-        sides,
-        ratio,
-        first_mm: typical(|d| d.0)?,
-        second_mm: typical(|d| d.1)?,
-        units: units.map(|(_, name)| *name),
-    })
+    let first_row = copied.next()?.0 + 1;
+    Some(Suspicion::Copied { count: 1 + copied.count(), of: rows.len(), first_row })
 }
 
-/// Axes, a frame or a mirror that explain how the sides differ.
-fn placed(pairs: &[Pair]) -> Option<Suspicion> {
-    if apart(pairs, |p| *p) <= LEAST_MM {
-        return None;
+fn repeated(rows: parts::Rows<'_>) -> Option<Suspicion> {
+    let mut counts: HashMap<[u64; 6], (usize, usize)> = HashMap::new();
+    for (row, m) in rows {
+        let (ideal, measured) = positions(m);
+        let key = [ideal.x, ideal.y, ideal.z, measured.x, measured.y, measured.z].map(f64::to_bits);
+        counts.entry(key).or_insert((*row, 0)).1 += 1;
     }
-    let axes = signed_axes()
-        .map(|rows| (rows, apart(pairs, |p| on_axes(&rows, p))))
-        .min_by(|a, b| a.1.total_cmp(&b.1));
-    let (frame, mirror) = (rigid(pairs, false), rigid(pairs, true));
-    let best = [axes.map(|found| found.1), frame.map(|found| found.1), mirror.map(|found| found.1)]
-        .into_iter()
-        .flatten()
-        .fold(f64::INFINITY, f64::min);
-    let is_good = |after: f64| after <= AS_GOOD * best;
-    if let Some((rows, after)) = axes.filter(|found| is_good(found.1))
-        && let Some(change) = explained(pairs, after)
-    {
-        return Some(Suspicion::Axes { rows, change });
-    }
-    if let Some((pose, after)) = frame.filter(|found| is_good(found.1))
-        && let Some(change) = explained(pairs, after)
-    {
-        let at = middle(pairs.iter().map(|pair| &pair.0));
-        return Some(Suspicion::OtherFrame {
-            angle_rad: pose.rotation.angle(),
-            shift: (pose * Point3::from(at) - Point3::from(at)).norm(),
-            change,
-        });
-    }
-    let (_, after) = mirror.filter(|found| is_good(found.1))?;
-    explained(pairs, after).map(|change| Suspicion::Mirrored { change })
+    let mut each: Vec<f64> = counts.values().map(|(_, count)| *count as f64).collect();
+    let usual = LEAST_REPEATS * median(&mut each)?;
+    let is_often = |count: usize| count as f64 > usual || counts.len() < MIN_ROWS;
+    let often = counts.values().filter(|(_, count)| is_often(*count));
+    let (first_row, count) =
+        often.fold((usize::MAX, 0), |(first, sum), (row, count)| (first.min(row + 1), sum + count));
+    (count > 0).then_some(Suspicion::Repeated { count, first_row })
 }
 
-/// The rotation and translation of most pairs, of the ideal side's mirror image where requested,
-/// and the median that they leave: a registration of the better half of the pairs, some times over
-/// (Rousseeuw & Van Driessen, Data Mining and Knowledge Discovery 12, 2006).
-fn rigid(pairs: &[Pair], is_mirrored: bool) -> Option<(trackwright_geometry::pose::Pose, f64)> {
-    const STEPS: usize = 5;
-    let mirror = match is_mirrored {
-        true => self::mirror(),
-        false => Matrix3::identity(),
+fn large(rows: &[Measurement], content: MeasurementContent) -> Option<Suspicion> {
+    let rms = |value: &dyn Fn(&Measurement) -> f64| {
+        (rows.iter().map(|m| value(m).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
     };
-    let source: Vec<Point3<f64>> = pairs.iter().map(|p| (mirror * p.0).into()).collect();
-    let target: Vec<Point3<f64>> = pairs.iter().map(|p| p.1.into()).collect();
-    let mut order = central(pairs);
-    let mut found = None;
-    for _ in 0..STEPS {
-        let of = |points: &[Point3<f64>]| order.iter().map(|&k| points[k]).collect::<Vec<_>>();
-        let pose = register(&of(&source), &of(&target)).ok()?.target_from_source;
-        let left = |k: usize| (pose * source[k] - target[k]).norm();
-        let mut all: Vec<f64> = (0..pairs.len()).map(left).collect();
-        let after = median(&mut all)?;
-        found = Some((pose, after));
-        order = (0..pairs.len()).collect();
-        order.sort_by(|&a, &b| left(a).total_cmp(&left(b)));
-        order.truncate(pairs.len().div_ceil(2).max(MIN_MIRRORED + 1));
-    }
-    found
-}
-
-/// Pairs with neither side far out.
-fn central(pairs: &[Pair]) -> Vec<usize> {
-    let sides = [
-        (middle(pairs.iter().map(|p| &p.0)), spread(pairs.iter().map(|p| &p.0))),
-        (middle(pairs.iter().map(|p| &p.1)), spread(pairs.iter().map(|p| &p.1))),
-    ];
-    let is_in = |pair: &Pair| {
-        [pair.0, pair.1]
-            .iter()
-            .zip(&sides)
-            .all(|(at, (middle, spread))| (at - middle).norm() <= 4.0 * spread)
+    let position_mm = rms(&|m| {
+        let (ideal, measured) = positions(m);
+        (ideal - measured).norm()
+    });
+    let angle_rad = match content {
+        MeasurementContent::PositionOnly => 0.0,
+        _ => rms(&parts::angle),
     };
-    (0..pairs.len()).filter(|&k| is_in(&pairs[k])).collect()
+    (position_mm > LARGE_MM || angle_rad > LARGE_RAD)
+        .then_some(Suspicion::Large { position_mm, angle_rad })
 }

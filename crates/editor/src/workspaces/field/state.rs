@@ -86,7 +86,7 @@ impl FieldSettings {
     /// How tables are read for it.
     pub fn reading(&self) -> SampleReading {
         let Self { has_rolls, lag_rows, .. } = *self;
-        SampleReading { has_rolls, map: self.model.map, lag_rows }
+        SampleReading { map: self.model.map, lag_rows, ..SampleReading::of_distortion(has_rolls) }
     }
 
     /// Whether cross-validation has something to choose, but for what the samples decide.
