@@ -238,7 +238,8 @@ mod tests {
 
     #[test]
     fn each_command_is_in_the_reference() {
-        let page = include_str!("../../docs/reference/commands.md");
+        let page =
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", "docs/reference/commands.md"));
         let all = Cli::command().subcommands(subcommands().into_iter().map(|own| own.command));
         let names = names(&all);
         assert!(names.len() > 25, "{names:?}");
