@@ -90,7 +90,7 @@ pub fn merge_sweep<'py>(
         let output = files.output(&path)?;
         let (sweep, folder) = Folder::existing(&folder)?;
         if !is_merge_of(&sweep, &path) {
-            output.expect_new()?;
+            output.expect_own()?;
         }
         Ok(merge(&sweep, &folder, &path, task)?)
     })?;
