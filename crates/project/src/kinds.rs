@@ -169,12 +169,14 @@ impl Files {
     }
 
     /// The true and measured poses of a built tool or of its sensors. Whether they are in one frame is
-    /// for `verify` to judge, which knows what the tool should read.
+    /// for `verify` to judge, which knows what the tool should read; and a CRF may lie still, row by row.
     pub fn read_recorded_tool(&self, file: &Path) -> Result<Doubted<RecordedTable>, StoreError> {
         self.read_doubted(file, "a measurement table", recorded_tool::parse, |table| {
             let mut found =
                 PairedDoubts::of(&table.rows, MeasurementContent::SixDof, PoseFrame::Any);
-            found.retain(|suspicion| !suspicion.is_of_frames());
+            let is_meant =
+                |own: &Suspicion| own.is_of_frames() || matches!(own, Suspicion::Repeated { .. });
+            found.retain(|suspicion| !is_meant(suspicion));
             found
         })
     }
