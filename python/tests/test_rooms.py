@@ -192,7 +192,7 @@ def test_a_document_of_others_is_not_written_over(room_file: Path, tmp_path: Pat
     taken = tmp_path / "taken.env.ron"
     taken.write_text("not a room")
     room = Environment.load(room_file)
-    with pytest.raises(trackwright.TrackwrightError, match="which this command did not write"):
+    with pytest.raises(trackwright.TrackwrightError, match="that no command wrote"):
         room.save(taken)
     assert taken.read_text() == "not a room"
     room.save(taken, overwrite=True)
