@@ -92,7 +92,9 @@ pub fn merge_sweep<'py>(
         if !is_merge_of(&sweep, &path) {
             output.expect_own()?;
         }
-        Ok(merge(&sweep, &folder, &path, task)?)
+        let report = merge(&sweep, &folder, &path, task)?;
+        output.is_written();
+        Ok(report)
     })?;
     Ok(to_python(py, &report.section(&path).to_json())?)
 }

@@ -1,4 +1,4 @@
-//! What commands write over: nothing that they read, and no document that they did not write.
+//! What commands write over: nothing that they read, and nothing that a person made or changed.
 
 use crate::support::program::{Scratch, text};
 use crate::support::table::POSE;

@@ -1,5 +1,5 @@
-//! The files that one command reads and writes, so that it writes over none that it reads and over no
-//! document that it did not write.
+//! The files that one command reads and writes, so that it writes over none that it reads and over none
+//! that a person made or changed.
 
 use super::builtin::builtin_named;
 use super::error::StoreError;

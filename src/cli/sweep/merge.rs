@@ -30,5 +30,6 @@ pub(super) fn run(args: &MergeArgs, files: &Files) -> anyhow::Result<()> {
     let shown = Shown::new("merging");
     let report = merge(&sweep, &folder, &args.output, &shown.task)?;
     drop(shown);
+    output.is_written();
     output::print_section(args.format, &report.section(&args.output))
 }

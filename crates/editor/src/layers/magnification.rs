@@ -94,7 +94,20 @@ impl ShownErrors<'_> {
     }
 }
 
-/// Whether what is drawn of errors may look different from before.
+/// Whether errors, or what they are of, may differ from before.
+pub fn errors_changed(
+    world: Option<Res<OpenWorld>>,
+    design: Option<Res<ShownDesign>>,
+    results: Res<Results>,
+    magnification: Res<ShownMagnification>,
+) -> bool {
+    world.is_some_and(|world| world.is_changed())
+        || design.is_some_and(|design| design.is_changed())
+        || results.is_changed()
+        || magnification.is_changed()
+}
+
+/// Whether what is drawn of them may: they also look different from elsewhere.
 pub fn anything_moved(
     world: Option<Res<OpenWorld>>,
     design: Option<Res<ShownDesign>>,
@@ -102,11 +115,7 @@ pub fn anything_moved(
     magnification: Res<ShownMagnification>,
     rig: Res<OrbitRig>,
 ) -> bool {
-    world.is_some_and(|world| world.is_changed())
-        || design.is_some_and(|design| design.is_changed())
-        || results.is_changed()
-        || magnification.is_changed()
-        || rig.is_changed()
+    rig.is_changed() || errors_changed(world, design, results, magnification)
 }
 
 /// What an error is fitted by: below it there is nothing to see, only round-off.

@@ -4,7 +4,7 @@ use crate::convert;
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
 use crate::layers::legend::{Legend, LegendKey, Legends, StrokeKey, Swatch};
-use crate::layers::magnification::{ShownErrors, anything_moved};
+use crate::layers::magnification::{ShownErrors, anything_moved, errors_changed};
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::{Rgb, Theme, ThemedColor};
 use crate::scene::materials::glow::GlowMaterial;
@@ -33,13 +33,15 @@ impl Plugin for ShapesPlugin {
         }
         app.add_systems(
             Update,
-            (explain, show)
-                .run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
-                .run_if(
+            (
+                explain.run_if(errors_changed.or_else(resource_changed::<Workspace>)),
+                show.run_if(
                     anything_moved
                         .or_else(resource_changed::<Workspace>)
                         .or_else(resource_changed::<Theme>),
-                )
+                ),
+            )
+                .run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
                 .in_set(EditorSystems::Draw),
         );
     }
