@@ -14,13 +14,13 @@ use anyhow::Context;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use std::sync::Arc;
-use trackwright_calibration::doubts::{PoseFrame, with_written_quaternions};
+use trackwright_calibration::doubts::{PoseFrame, of_input, with_written_quaternions};
 use trackwright_design::BodyRole;
 use trackwright_field as field;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
+use trackwright_project::{Doubted, Files, coil_findings, resolve, resolve_crf};
 use trackwright_report::study::StudyReport;
 use trackwright_result::{Section, data};
 use trackwright_simulation::support::SupportSurvey;
@@ -105,21 +105,23 @@ pub fn simulate(
     let as_is = keywords.flag("as_is", false)?;
     keywords.finish()?;
     let mut notes = Notes::new();
+    let room = environment.as_ref().map_or(&world.environment, |room| &room.get().solved);
     let mode = match poses {
         None if mode == "input" => {
             return Err(TrackwrightError::new_err("mode \"input\" needs poses").into());
         }
         None => one_of("mode", mode, &[("single", Mode::Single), ("motion", Mode::Motion)])?,
         Some(poses) if mode == "input" => {
-            let has_crf = world.document.design().crf.is_some();
-            Mode::Input(input_trials(&poses, has_crf, as_is, &mut notes)?.into())
+            let scenario = resolve(world.document.design(), room);
+            let trials = input_trials(&poses, scenario.crf.is_some())?;
+            let trials = trials.and(|trials| of_input(trials, &scenario));
+            Mode::Input(take(trials, as_is, &mut notes)?.into())
         }
         Some(_) => {
             let text = format!("poses: found the mode {mode:?}, expected \"input\"");
             return Err(TrackwrightError::new_err(text).into());
         }
     };
-    let room = environment.as_ref().map_or(&world.environment, |room| &room.get().solved);
     notes.extend(notes_of(world, room));
     let room = match &uncertainty {
         Some(uncertainty) => &uncertainty.room(room)?,
@@ -308,16 +310,9 @@ fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Resul
 }
 
 /// Given poses; the CRF's columns count only for a design that has one.
-fn input_trials(
-    given: &Bound<'_, PyAny>,
-    has_crf: bool,
-    as_is: bool,
-    notes: &mut Notes,
-) -> Done<Vec<InputTrial>> {
+fn input_trials(given: &Bound<'_, PyAny>, has_crf: bool) -> Done<Doubted<Vec<InputTrial>>> {
     let columns = match Table::of(given)? {
-        Table::File(file) => {
-            return take(Files::default().read_input(&file, has_crf)?, as_is, notes);
-        }
+        Table::File(file) => return Ok(Files::default().read_input(&file, has_crf)?),
         Table::Memory(columns) => columns,
     };
     let crf_from_tool = columns.poses("tool_", EXPECTED_TOOL)?.all()?;
@@ -330,7 +325,7 @@ fn input_trials(
     let trials = each
         .map(|(tracker_from_crf, crf_from_tool)| InputTrial { tracker_from_crf, crf_from_tool })
         .collect();
-    take(of_memory(trials, "poses", suspicions), as_is, notes)
+    Ok(of_memory(trials, "poses", suspicions))
 }
 
 /// The trials as the log of `simulate --log` has them.

@@ -5,6 +5,7 @@ use super::prelude::*;
 use super::study::run_study;
 use super::uncertainty::UncertaintyArgs;
 use clap::ValueEnum;
+use trackwright_calibration::doubts;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
 use trackwright_project::World;
@@ -210,8 +211,10 @@ pub(super) fn mode_of(
         (ModeArg::Single, _) => Mode::Single,
         (ModeArg::Motion, _) => Mode::Motion,
         (ModeArg::Input, Some(file)) => {
-            let has_crf = world.document.design().crf.is_some();
-            let trials = as_is.take(files.read_input(file, has_crf)?)?;
+            let scenario =
+                trackwright_project::resolve(world.document.design(), &world.environment);
+            let input = files.read_input(file, scenario.crf.is_some())?;
+            let trials = as_is.take(input.and(|trials| doubts::of_input(trials, &scenario)))?;
             Mode::Input(trials.into())
         }
         (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),

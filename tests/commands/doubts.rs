@@ -4,7 +4,9 @@ use crate::support::data::own;
 use crate::support::golden::{number, numbers};
 use crate::support::program::Scratch;
 use crate::support::table::{POSE, Table, points_table};
+use nalgebra::{UnitQuaternion, Vector3};
 use std::fs;
+use trackwright_geometry::pose::{Pose, pose_from_parts, pose_to_array};
 
 const ROOM: &str = "room-a/room-a-fit.csv";
 const GOOD: &str = "own:room-a/room-a-fit.csv";
@@ -312,4 +314,47 @@ fn poses_outside_the_room_are_a_warning() {
     scratch.write("p.csv", format!("{POSE}\n{rows}"));
     let words = ["warning: 40 of 40 poses are outside the room's box"];
     scratch.notes_with("compensate room.env.ron p.csv -o out.csv", &words);
+}
+
+/// Poses of a built-in design's tool and CRF in its room, as they should be and with every mistake that puts them out
+/// of it.
+#[test]
+fn given_poses_out_of_the_room_are_explained() {
+    let scratch = Scratch::new();
+    let simulate = "simulate pointer-on-head --mode input --input";
+    let numbers = |pose: &Pose| pose_to_array(pose).map(|v| v.to_string()).join(",");
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+    let design = world.document.design();
+    let crf = design.crf.as_ref().unwrap().tracker_from_crf;
+    let crf_from_tool = |k: usize| {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.02 * k as f64, 0.3));
+        design.tool.crf_from_tool * pose_from_parts(Vector3::new(k as f64, -5.0, 5.0), turn)
+    };
+    let check = |words: Option<&str>, change: &dyn Fn(Pose, Pose) -> (Pose, Pose)| {
+        let columns = ["crf", "tool"].map(|of| POSE.replace(',', &format!(",{of}_")));
+        let mut text = format!("crf_{},tool_{}\n", columns[0], columns[1]);
+        for k in 0..20 {
+            let (crf, tool) = change(crf, crf_from_tool(k));
+            text += &format!("{},{}\n", numbers(&crf), numbers(&tool));
+        }
+        scratch.write("poses.csv", text);
+        let notes = scratch.notes(format!("{simulate} poses.csv"));
+        match words {
+            Some(words) => assert!(notes.contains(words), "{words}: {notes}"),
+            None => assert!(!notes.contains("poses.csv"), "{notes}"),
+        }
+    };
+    let scaled = |pose: Pose, by: f64| pose_from_parts(pose.translation.vector * by, pose.rotation);
+    check(None, &|crf, tool| (crf, tool));
+    let words = "the CRF's positions are in metres";
+    check(Some(words), &|crf, tool| (scaled(crf, 1e-3), tool));
+    let words = "the CRF's z is its −z";
+    check(Some(words), &|crf, tool| {
+        let at = crf.translation.vector;
+        (pose_from_parts(Vector3::new(at.x, at.y, -at.z), crf.rotation), tool)
+    });
+    let words = "the tool's poses are in the tracker frame";
+    check(Some(words), &|crf, tool| (crf, crf * tool));
+    check(Some("are the columns exchanged?"), &|crf, tool| (tool, crf));
+    check(Some("poses are inverted"), &|crf, tool| (crf.inverse(), tool));
 }

@@ -186,8 +186,12 @@ fn the_search_starts_with_the_figures_of_simulate() {
     assert_eq!(own["figures"], written["figures"]["figures"]);
 }
 
-/// The built-in room with an aluminium plate in it.
-fn with_plate() -> AllReaders {
+const PLATE: &str = "(name: \"plate\", shape: Cuboid(size: (200, 200, 10)), triangles: 400, \
+                     material: Named(\"aluminium\"), \
+                     pose: (position: (320, 0, -300), rotation: (0.7, 0, 0.7, 0)))";
+
+/// The built-in room with metal in it.
+fn with_metal(object: &str) -> AllReaders {
     let scratch = Scratch::new();
     scratch.copy_to_own_room("pointer-on-head");
     let rooms = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments");
@@ -195,19 +199,16 @@ fn with_plate() -> AllReaders {
     let theatre = read("operating-theatre.env.ron");
     let (_, metal) = theatre.split_once("    metal: (").unwrap();
     let (generator, _) = metal.split_once("        objects:").unwrap();
-    let plate = "(name: \"plate\", shape: Cuboid(size: (200, 200, 10)), triangles: 400, \
-                 material: Named(\"aluminium\"), \
-                 pose: (position: (320, 0, -300), rotation: (0.7, 0, 0.7, 0)))";
     let text = read("operating-table.env.ron");
     let end = text.rfind(')').unwrap();
-    let text = format!("{}    metal: ({generator}objects: [{plate}]),\n)", &text[..end]);
+    let text = format!("{}    metal: ({generator}objects: [{object}]),\n)", &text[..end]);
     scratch.write("room.env.ron", text);
     AllReaders::of(scratch, "a.design.ron")
 }
 
 #[test]
 fn metal_adds_to_the_figure_and_to_its_interval() {
-    let (bare, plate) = (built_in("pointer-on-head"), with_plate());
+    let (bare, plate) = (built_in("pointer-on-head"), with_metal(PLATE));
     assert_eq!(
         (&bare.study["basis"], &plate.study["basis"]),
         (&"measured".into(), &"metal".into())
@@ -216,6 +217,32 @@ fn metal_adds_to_the_figure_and_to_its_interval() {
     let [own, with] =
         [&bare, &plate].map(|readers| number(&readers.figure(Metric::TIP_RMS)["value"]));
     assert!(with > own, "{own} {with}");
+}
+
+#[test]
+fn a_sensor_in_metal_is_named_by_everyone() {
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let tracker_from_tool = scenario.tracker_from_crf() * scenario.crf_from_tool;
+    let at = tracker_from_tool * scenario.tool.sensors[0].position_in_body;
+    let at = format!("({:?}, {:?}, {:?})", at.x, at.y, at.z);
+    let readers = with_metal(&format!(
+        "(name: \"ball\", shape: Sphere(radius: 20), material: Named(\"aluminium\"), \
+         pose: (position: {at}, rotation: (1, 0, 0, 0)))"
+    ));
+    readers.everyone_agrees();
+    let study = &readers.study;
+    let [in_metal, trials] = ["in_metal", "trials"].map(|key| study[key].as_u64().unwrap());
+    assert!(in_metal > 0 && in_metal < trials, "{study}");
+    assert_eq!(study["basis"], "outside");
+    // Beside the ball the errors may exceed a bound.
+    assert_ne!(readers.verdict(), "met");
+    let scratch = &readers.scratch;
+    let words = ["trials with a sensor in metal"];
+    scratch.succeed_with("simulate a.design.ron --mode motion", &words);
+    assert!(scratch.read("page.html").contains("a sensor is in metal, where it has no reading"));
+    let words = ["1 of 1 trials a sensor is in metal, where it has no reading"];
+    scratch.succeed_with("simulate a.design.ron --mode single", &words);
 }
 
 #[test]

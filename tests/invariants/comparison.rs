@@ -228,7 +228,8 @@ fn a_room_out_of_reach_has_no_figures() {
     let comparison = compared(&all, &quick());
     let trials = 3 * 3 * 3 * 3;
     for row in &comparison.rows[2..4] {
-        let expected = NoFigures::NoOverlap { trials, outside: trials, out_of_volume: 0 };
+        let expected =
+            NoFigures::NoOverlap { trials, outside: trials, in_metal: 0, out_of_volume: 0 };
         assert_eq!(row.measured, Err(expected));
         assert_eq!(row.against_baseline, None);
     }

@@ -27,11 +27,6 @@ const FEW: f64 = 0.05;
 /// Part of the named mistakes whose kind and side have to be right.
 const RIGHTLY_NAMED: f64 = 0.95;
 
-/// Harmful cases that are not seen, at most: a tenth of the rows with exchanged sides in room A and one that is 5 mm
-/// along the axis in the other room, which move predictions by 1.2 and 1.5 mm. Bounds that would find them are as
-/// near to good tables.
-const MISSED: usize = 2;
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
     Ideal,
@@ -67,7 +62,7 @@ impl Extent {
             Self::Whole => true,
             Self::Half => row < rows / 2,
             Self::EveryFourth => row % 4 == 1,
-            Self::Tenth => (3 * rows / 10..4 * rows / 10).contains(&row),
+            Self::Tenth => (rows / 3..rows / 3 + rows / 10).contains(&row),
             Self::EveryHundredth => row % 100 == 7,
             Self::One => row == rows / 3,
         }
@@ -437,7 +432,7 @@ fn harmful_mistakes_are_seen_and_named() {
     }
     eprintln!("{wrong}");
     assert!(total.cases >= 600, "{}", total.cases);
-    assert!(total.harmful_silent <= MISSED, "{} silent\n{wrong}", total.harmful_silent);
+    assert!(total.harmful_silent == 0, "{} silent\n{wrong}", total.harmful_silent);
     let named = total.named as f64 / (total.refused + total.warned) as f64;
     assert!(named >= RIGHTLY_NAMED, "{named:.3} named\n{wrong}");
 }

@@ -387,6 +387,7 @@ fn the_log_has_one_row_a_trial() {
         tip_error_mm: 0.5,
         angle_error_deg: 0.0,
         outside: 2,
+        in_metal: 0,
         out_of_volume: 0,
         determined_mm: None,
         free_reach_mm: 0.0,

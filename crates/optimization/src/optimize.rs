@@ -58,9 +58,9 @@ pub fn optimize(
     // Its own study leaves the field at no more poses than itself: it has no figures in one of the rooms.
     let no_start = || {
         let without = figures.iter().find(|own| own.without_field == own.trials);
-        let &RoomFieldFigures { trials, outside, out_of_volume, .. } =
+        let &RoomFieldFigures { trials, outside, in_metal, out_of_volume, .. } =
             without.unwrap_or(&figures[0]);
-        NoFigures::NoOverlap { trials, outside, out_of_volume }
+        NoFigures::NoOverlap { trials, outside, in_metal, out_of_volume }
     };
     let of_start = judge.study(&own, &task.cancel)?.ok_or_else(no_start)?;
     let start = layout(&own, &of_start, None);

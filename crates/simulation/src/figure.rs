@@ -119,8 +119,8 @@ impl Basis {
 /// Why figures have no interval, or one without an upper end.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoInterval {
-    /// A sensor is where the room states no field, in so many trials of all.
-    Outside { trials: usize, of: usize },
+    /// A sensor is where the room states no field, in so many trials of all; in so many of them in metal.
+    Outside { trials: usize, in_metal: usize, of: usize },
     /// The model is taken for the field itself.
     Assumed,
     /// The room was measured and cannot state how far it may be off.
@@ -130,12 +130,26 @@ pub enum NoInterval {
 impl fmt::Display for NoInterval {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Outside { trials, of } => write!(
-                f,
-                "in {} of {} trials a sensor is outside the measured region or the tracker's volume",
-                with_separators(*trials),
-                with_separators(*of)
-            ),
+            Self::Outside { trials, in_metal, of } => {
+                let [trials, metal, of] = [*trials, *in_metal, *of].map(with_separators);
+                match in_metal {
+                    0 => write!(
+                        f,
+                        "in {trials} of {of} trials a sensor is outside the measured region or the tracker's volume"
+                    ),
+                    _ if metal == trials => {
+                        write!(
+                            f,
+                            "in {trials} of {of} trials a sensor is in metal, where it has no reading"
+                        )
+                    }
+                    _ => write!(
+                        f,
+                        "in {trials} of {of} trials a sensor is outside the measured region or the tracker's \
+                         volume, or in metal ({metal} in metal)"
+                    ),
+                }
+            }
             Self::Assumed => f.write_str(Basis::Assumed.words()),
             Self::NoneDrawn(why) => why.fmt(f),
         }
@@ -191,8 +205,11 @@ impl Figures {
         cancel: &CancelToken,
     ) -> Result<Self, StudyError> {
         let (room_field, environment) = (&outcome.room_field, &prepared.scenario.environment);
-        let outside =
-            NoInterval::Outside { trials: room_field.without_field, of: room_field.trials };
+        let outside = NoInterval::Outside {
+            trials: room_field.without_field,
+            in_metal: room_field.in_metal,
+            of: room_field.trials,
+        };
         let is_all = |places: &[u32]| places.len() == errors.errors.len();
         let is_outside = !errors.without_field.is_empty();
         let basis = match is_outside || room_field.without_field > 0 {

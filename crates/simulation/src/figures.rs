@@ -14,8 +14,10 @@ use trackwright_result::{Row, count, number, text, with_separators};
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomFieldFigures {
     pub trials: usize,
-    /// Trials with a sensor of tool or CRF outside the model's box.
+    /// Trials with a sensor of tool or CRF outside the model's box, or in metal.
     pub outside: usize,
+    /// Trials with a sensor in metal, or so close to it that its signals determine no pose.
+    pub in_metal: usize,
     /// Trials with a sensor outside the tracker's measurement volume.
     pub out_of_volume: usize,
     /// Trials with a sensor where the room states no field.
@@ -34,6 +36,9 @@ pub struct RoomFieldFigures {
     /// A rotation that the sensors determine, but that multiplies their errors.
     pub barely_determined: Option<WeakRotation>,
 }
+
+/// The label of [`RoomFieldFigures::in_metal`].
+pub(super) const IN_METAL: &str = "trials with a sensor in metal";
 
 /// The trial with the largest position error, the first of equals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -123,6 +128,13 @@ impl FreeRotation {
 }
 
 impl RoomFieldFigures {
+    pub(super) fn outside_label(&self) -> &'static str {
+        match self.in_metal {
+            0 => "trials with a sensor outside the model's box",
+            _ => "trials with a sensor outside the model's box or in metal",
+        }
+    }
+
     /// The value of a figure, mm or degrees.
     pub fn value(&self, metric: Metric) -> f64 {
         metric.of_study(&self.position_mm, &self.angle_deg)
@@ -148,7 +160,8 @@ pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<Row> {
     }
     rows.push(count("", "trials", figures.trials));
     rows.push(text("", "worst trial", trial_number(figures.worst.trial)));
-    rows.push(count("", "trials with a sensor outside the model's box", figures.outside));
+    rows.push(count("", figures.outside_label(), figures.outside));
+    rows.push(count("", IN_METAL, figures.in_metal).shown_if(figures.in_metal > 0));
     rows.push(count("", "trials with a sensor out of the volume", figures.out_of_volume));
     if figures.rejected > 0 {
         rows.push(count("", "trials left out", figures.rejected));

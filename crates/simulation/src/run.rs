@@ -193,6 +193,7 @@ impl<'a> Prepared<'a> {
         let room_field = RoomFieldFigures {
             trials,
             outside: tally.outside,
+            in_metal: tally.in_metal,
             out_of_volume: tally.out_of_volume,
             without_field: tally.without_field,
             rejected: tally.rejected,
@@ -229,6 +230,7 @@ pub fn is_rejected(trial: &Trial, outside: OutsidePolicy) -> bool {
 #[derive(Default)]
 struct Tally {
     outside: usize,
+    in_metal: usize,
     out_of_volume: usize,
     without_field: usize,
     rejected: usize,
@@ -247,6 +249,7 @@ impl Tally {
         outside: OutsidePolicy,
     ) -> bool {
         self.outside += usize::from(trial.outside > 0);
+        self.in_metal += usize::from(trial.in_metal > 0);
         self.out_of_volume += usize::from(trial.out_of_volume > 0);
         self.without_field += usize::from(!is_known);
         if is_rejected(trial, outside) {

@@ -1,7 +1,7 @@
 //! A study as a result.
 
 use super::figure::{Figure, Figures, NoInterval};
-use super::figures::{DECIMALS, RoomFieldFigures, figure_rows, trial_number};
+use super::figures::{DECIMALS, IN_METAL, RoomFieldFigures, figure_rows, trial_number};
 use super::judgement::JudgedBound;
 use super::study::Study;
 use super::trial::Trial;
@@ -88,7 +88,8 @@ impl RoomFieldFigures {
             count("trials", "trials", self.trials),
             text("", "worst trial", trial_number(self.worst.trial)).shown_if(self.trials > 1),
             data("worst", self.worst),
-            if_any("outside", "trials with a sensor outside the model's box", self.outside),
+            if_any("outside", self.outside_label(), self.outside),
+            if_any("in_metal", IN_METAL, self.in_metal),
             if_any("out_of_volume", "trials with a sensor out of the volume", self.out_of_volume),
             data("without_field", self.without_field),
             if_any("rejected", "trials left out", self.rejected),

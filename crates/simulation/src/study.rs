@@ -35,15 +35,23 @@ pub struct Study {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoFigures {
     #[error(
-        "the room does not reach: of {trials} trials, {outside} have a sensor outside the model's box and \
-         {out_of_volume} one out of the tracker's volume"
+        "the room does not reach: of {trials} trials, {outside} have a sensor outside the model's box{}, and \
+         {out_of_volume} one out of the tracker's volume", of_these_in_metal(*.in_metal)
     )]
-    NoOverlap { trials: usize, outside: usize, out_of_volume: usize },
+    NoOverlap { trials: usize, outside: usize, in_metal: usize, out_of_volume: usize },
     #[error(transparent)]
     Study(StudyError),
     /// The room itself is not to be had.
     #[error("{0}")]
     Room(String),
+}
+
+/// Of trials with a sensor where the model has no reading.
+fn of_these_in_metal(trials: usize) -> String {
+    match trials {
+        0 => String::new(),
+        trials => format!(" or in metal ({} in metal)", with_separators(trials)),
+    }
 }
 
 /// Runs a mode; `log` gets its trials in order, in the room's own field. The result does not depend on the
@@ -98,7 +106,7 @@ pub fn study_with_figures(
     match study(scenario, mode, cancel, None) {
         Err(StudyError::Cancelled) => Err(Cancelled),
         Err(StudyError::AllRejected { trials }) => {
-            Ok(Err(NoFigures::NoOverlap { trials, outside: trials, out_of_volume: 0 }))
+            Ok(Err(NoFigures::NoOverlap { trials, outside: trials, in_metal: 0, out_of_volume: 0 }))
         }
         Err(error) => Ok(Err(NoFigures::Study(error))),
         Ok(found) => Ok(match found.no_overlap() {
@@ -111,8 +119,8 @@ pub fn study_with_figures(
 impl Study {
     /// Why there are no figures, where no trial is in the room's field.
     pub fn no_overlap(&self) -> Option<NoFigures> {
-        let RoomFieldFigures { trials, outside, out_of_volume, .. } = self.room_field;
-        let none = NoFigures::NoOverlap { trials, outside, out_of_volume };
+        let RoomFieldFigures { trials, outside, in_metal, out_of_volume, .. } = self.room_field;
+        let none = NoFigures::NoOverlap { trials, outside, in_metal, out_of_volume };
         self.figures.all.is_empty().then_some(none)
     }
 
@@ -122,11 +130,12 @@ impl Study {
         let mut notes = Vec::new();
         if found.without_field > 0 {
             notes.push(format!(
-                "{} of {} trials have a sensor where the room states no field ({} outside the model's box, {} \
+                "{} of {} trials have a sensor where the room states no field ({} outside the model's box{}, {} \
                  out of the tracker's volume)",
                 with_separators(found.without_field),
                 with_separators(found.trials),
                 with_separators(found.outside),
+                of_these_in_metal(found.in_metal),
                 with_separators(found.out_of_volume)
             ));
         }

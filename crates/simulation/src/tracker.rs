@@ -41,6 +41,7 @@ struct TrackedSensor {
 pub struct Tracked {
     pub fit: FrameFit,
     pub outside: usize,
+    pub in_metal: usize,
     pub out_of_volume: usize,
 }
 
@@ -279,11 +280,15 @@ impl<'a> BodyTracker<'a> {
         place: usize,
         count: usize,
     ) -> Tracked {
-        let (mut outside, mut out_of_volume) = (0, 0);
+        let (mut outside, mut in_metal, mut out_of_volume) = (0, 0, 0);
+        let bounds = self.environment.model.bounds();
         buffers.readings.clear();
         for sensor in 0..self.sensors.len() {
             let index = sensor * count + place;
-            outside += usize::from(!buffers.evaluations[index].is_inside);
+            let is_outside = !buffers.evaluations[index].is_inside;
+            outside += usize::from(is_outside);
+            // A model has no reading in its box only where there is metal.
+            in_metal += usize::from(is_outside && bounds.contains(&buffers.positions_mm[index]));
             out_of_volume += usize::from(!self.is_in_volume(&buffers.positions_mm[index]));
             let reading = self.reading(buffers, tracker_from_body, sensor, index);
             buffers.readings.push(reading);
@@ -292,6 +297,7 @@ impl<'a> BodyTracker<'a> {
         Tracked {
             fit: self.fitter.fit(&buffers.readings, tracker_from_body),
             outside,
+            in_metal,
             out_of_volume,
         }
     }

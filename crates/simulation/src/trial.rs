@@ -19,8 +19,10 @@ pub struct Trial {
     pub tip_error_in_crf_mm: Vector3<f64>,
     pub tip_error_mm: f64,
     pub angle_error_deg: f64,
-    /// Sensors of tool and CRF outside the model's box.
+    /// Sensors of tool and CRF outside the model's box, or in metal.
     pub outside: usize,
+    /// Those of them that are in metal, or so close to it that its signals determine no pose.
+    pub in_metal: usize,
     /// Sensors of tool and CRF outside the tracker's measurement volume.
     pub out_of_volume: usize,
     /// The part of the tip error that a free rotation cannot change; `None` where none is free.
@@ -32,7 +34,7 @@ pub struct Trial {
 impl Trial {
     /// Whether a room states its field at all sensors.
     pub fn has_field(&self, environment: &Environment) -> bool {
-        environment.states_field(self.outside > 0, self.out_of_volume > 0)
+        self.in_metal == 0 && environment.states_field(self.outside > 0, self.out_of_volume > 0)
     }
 }
 
@@ -327,6 +329,7 @@ fn compare(
         tip_error_mm: error.tip_error_in_crf_mm.norm(),
         angle_error_deg: error.angle_rad.to_degrees(),
         outside: tool.outside + crf.map_or(0, |(_, c)| c.outside),
+        in_metal: tool.in_metal + crf.map_or(0, |(_, c)| c.in_metal),
         out_of_volume: tool.out_of_volume + crf.map_or(0, |(_, c)| c.out_of_volume),
         determined_mm: free_tool
             .or(free_crf)

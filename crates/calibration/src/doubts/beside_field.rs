@@ -21,7 +21,7 @@ pub(super) const STANDARD_ERRORS: f64 = 5.0;
 
 /// Weight in rows of the prior that each term of the field is nothing: without it the polynomials follow a
 /// path that hardly meets itself, and leave nothing to its speed. That of noise of 0.3 mm beside terms of 1 mm.
-pub(super) const PRIOR: f64 = 0.1;
+const PRIOR: f64 = 0.1;
 
 /// Where more than so many times the median is left of a row, it counts less: of normal errors a seventh is beyond.
 const MOST_LEFT: f64 = 1.5;
@@ -110,6 +110,16 @@ pub(super) fn field_terms(
     Some(terms.collect())
 }
 
+/// An orthogonal basis of terms, whose columns they are, beside their prior.
+pub(super) fn basis(terms: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut normal = terms.tr_mul(&terms);
+    for k in 0..normal.nrows() {
+        normal[(k, k)] += PRIOR;
+    }
+    let inverse = normal.cholesky()?.l().try_inverse()?;
+    Some(terms * inverse.transpose())
+}
+
 pub(super) fn error(m: &Measurement) -> Vector3<f64> {
     m.tracker_from_measured.translation.vector - place(m)
 }
@@ -117,6 +127,17 @@ pub(super) fn error(m: &Measurement) -> Vector3<f64> {
 impl Rows {
     pub(super) fn new(errors: Vec<Vector3<f64>>, terms: Vec<DVector<f64>>) -> Self {
         Self { weights: vec![1.0; errors.len()], errors, terms }
+    }
+
+    pub(super) fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// An orthogonal basis of the field at the rows, each times the root of its weight.
+    pub(super) fn basis(&self) -> Option<DMatrix<f64>> {
+        basis(DMatrix::from_fn(self.terms.len(), self.terms[0].len(), |i, k| {
+            self.weights[i].sqrt() * self.terms[i][k]
+        }))
     }
 
     pub(super) fn of_rows(&self, rows: &[usize]) -> Self {

@@ -12,14 +12,17 @@
 mod alone;
 mod beside_field;
 mod in_order;
+mod input;
 mod mistake;
 mod paired;
 mod parts;
+mod piece;
 mod sensor;
 mod text;
 mod whole;
 
 pub use alone::{PoseFrame, in_room, of_points, of_poses, with_written_quaternions};
+pub use input::{Columns, InputMistake, of_input};
 pub use mistake::{Mistake, QuaternionChange, Side};
 pub use paired::PairedDoubts;
 pub use whole::of_point_pairs;
@@ -79,6 +82,9 @@ pub enum Suspicion {
     TooLarge { span: f64, reach: f64, is_certain: bool },
     /// Hardly a position is in the room that is applied to them, and nearly all are with other axes.
     NotInRoom { rows: usize, inside: usize, axes: SignedAxes, inside_with_axes: usize },
+    /// Trials of given poses with their sensors in the room, and the mean distance of tip and CRF from the design's
+    /// own: as they are read, and without this mistake.
+    Input { rows: usize, inside: [usize; 2], from_own_mm: [f64; 2], mistake: InputMistake },
     /// Row `k` of the ideal side is of row `k + rows` of the measured one; of steps from row to row.
     RowShift { rows: isize, part: Option<Part>, change: Explained },
     /// The measured side of a path is that of so many rows before, on the average; a standard error. RMS of
@@ -135,6 +141,7 @@ impl Suspicion {
             Self::InchesOrCentimetres { .. }
             | Self::Outliers { .. }
             | Self::NotInRoom { .. }
+            | Self::Input { .. }
             | Self::Lag { .. }
             | Self::Drift { .. }
             | Self::UnitOfPart { .. }

@@ -4,7 +4,7 @@ use super::alone::{Extent, PoseFrame, SMALL_REACH, Signs, is_too_far};
 use super::mistake::Mistake;
 use super::parts::{self, FAR_MM, FAR_RATIO};
 use super::whole::{self, CERTAIN_PART, LEAST_MM, positions};
-use super::{Explained, MIN_ROWS, Part, Suspicion, in_order, sensor};
+use super::{Explained, MIN_ROWS, Part, Suspicion, in_order, piece, sensor};
 use crate::robust::median;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
@@ -207,6 +207,7 @@ impl PairedDoubts {
         let of_all = in_order::lag(&compared, self.content, stride)
             .or_else(|| parts::moved(&near, self.content))
             .or_else(|| sensor::of_sensor(&compared, self.content))
+            .or_else(|| piece::in_one_piece(&near, self.content))
             .or_else(|| in_order::change(&compared, self.content));
         found.extend(of_all);
         found

@@ -5,7 +5,7 @@
 //! throughout, one not moved. Groups, parameters and field are found in turns (Lloyd, IEEE Transactions on
 //! Information Theory 28, 1982, with the field in the place of the two means).
 
-use super::beside_field::{CUBIC_PLACE_TERMS, Effect, field_terms};
+use super::beside_field::{CUBIC_PLACE_TERMS, Effect, basis, field_terms};
 use super::mistake::Mistake;
 use super::{Explained, Part, Suspicion};
 use crate::robust::median;
@@ -195,7 +195,7 @@ pub(super) fn moved(rows: Rows, content: MeasurementContent) -> Option<Suspicion
 }
 
 /// Rows from all over the table in no rhythm that a mistake in every so many-th row may have.
-fn spread_sample(rows: Rows) -> Vec<(usize, Measurement)> {
+pub(super) fn spread_sample(rows: Rows) -> Vec<(usize, Measurement)> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     if rows.len() <= MOST_ROWS {
         return rows.to_vec();
@@ -224,13 +224,8 @@ struct Beside {
 
 impl Beside {
     fn new(terms: &[DVector<f64>]) -> Option<Self> {
-        let terms = DMatrix::from_fn(terms.len(), terms[0].len(), |i, k| terms[i][k]);
-        let mut normal = terms.tr_mul(&terms);
-        for k in 0..normal.nrows() {
-            normal[(k, k)] += super::beside_field::PRIOR;
-        }
-        let inverse = normal.cholesky()?.l().try_inverse()?;
-        Some(Self { basis: terms * inverse.transpose() })
+        let basis = basis(DMatrix::from_fn(terms.len(), terms[0].len(), |i, k| terms[i][k]))?;
+        Some(Self { basis })
     }
 
     fn fitted(&self, values: &DMatrix<f64>) -> DMatrix<f64> {

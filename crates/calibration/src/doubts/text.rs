@@ -60,6 +60,19 @@ impl fmt::Display for Suspicion {
                 "{inside} of {rows} positions are in the room's box, {inside_with_axes} where {}: are axes taken for others?",
                 named_axes(axes, "", "")
             ),
+            Self::Input {
+                rows,
+                inside: [inside, without],
+                from_own_mm: [mm, without_mm],
+                mistake,
+            } => {
+                let [mm, without_mm] = [*mm, *without_mm].map(short);
+                write!(
+                    f,
+                    "{inside} of {rows} trials have their sensors in the room's box, {mm} mm from the design's own \
+                     poses in the mean; {without} and {without_mm} mm where {mistake}"
+                )
+            }
             Self::RowShift { rows, part, change } => {
                 write_part(f, part)?;
                 write!(

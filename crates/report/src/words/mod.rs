@@ -256,7 +256,7 @@ fn cautions(scenario: &Scenario, figures: &RoomFieldFigures) -> Vec<String> {
         1 => "At the position looked at".to_owned(),
         trials => format!("In {} of {} positions", with_separators(count), with_separators(trials)),
     };
-    if figures.outside > 0 {
+    if figures.outside > figures.in_metal {
         let what = match scenario.outside {
             OutsidePolicy::Clamp => "the field at the nearest measured place stands for it",
             OutsidePolicy::Extrapolate => "the model is extrapolated there",
@@ -265,6 +265,12 @@ fn cautions(scenario: &Scenario, figures: &RoomFieldFigures) -> Vec<String> {
         cautions.push(format!(
             "{} a sensor is outside the part of the room that was measured; {what}.",
             of_all(figures.outside)
+        ));
+    }
+    if figures.in_metal > 0 {
+        cautions.push(format!(
+            "{} a sensor is in metal, where it has no reading.",
+            of_all(figures.in_metal)
         ));
     }
     if figures.out_of_volume > 0 {

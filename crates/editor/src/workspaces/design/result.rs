@@ -289,8 +289,14 @@ fn of_mode(trials: String, mode: Option<ModeKind>) -> String {
 pub fn warnings(figures: &RoomFieldFigures) -> Vec<String> {
     let mut texts = Vec::new();
     let count = |n: usize| counted(n, "trial has", "trials have");
-    if figures.outside > 0 {
+    if figures.outside > figures.in_metal {
         texts.push(format!("{} a sensor outside the model's box", count(figures.outside)));
+    }
+    if figures.in_metal > 0 {
+        texts.push(format!(
+            "{} a sensor in metal, where it has no reading",
+            count(figures.in_metal)
+        ));
     }
     if figures.out_of_volume > 0 {
         texts

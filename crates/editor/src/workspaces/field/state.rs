@@ -52,6 +52,8 @@ pub struct FieldSettings {
     pub has_rolls: bool,
     /// Rows that the measured side is behind the ideal one.
     pub lag_rows: f64,
+    /// How far measured positions are along the sensor's axis from ideal ones.
+    pub sensor_offset_mm: f64,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
     /// How well the reference's frame is known, where that is stated.
@@ -75,6 +77,7 @@ impl Default for FieldSettings {
             },
             has_rolls: false,
             lag_rows: 0.0,
+            sensor_offset_mm: 0.0,
             volume: None,
             jitter: None,
             registration: None,
@@ -85,8 +88,8 @@ impl Default for FieldSettings {
 impl FieldSettings {
     /// How tables are read for it.
     pub fn reading(&self) -> SampleReading {
-        let Self { has_rolls, lag_rows, .. } = *self;
-        SampleReading { map: self.model.map, lag_rows, ..SampleReading::of_distortion(has_rolls) }
+        let Self { has_rolls, lag_rows, sensor_offset_mm, .. } = *self;
+        SampleReading { has_rolls, map: self.model.map, lag_rows, sensor_offset_mm }
     }
 
     /// Whether cross-validation has something to choose, but for what the samples decide.

@@ -12,7 +12,8 @@ use crate::workspaces::study::dialog::StudyDialog;
 use crate::workspaces::study::state::is_study_shown;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
-use trackwright_project::{Files, file_name};
+use trackwright_calibration::doubts::of_input;
+use trackwright_project::{Files, file_name, resolve};
 
 pub(crate) fn plugin(app: &mut App) {
     app.add_message::<FileDragAndDrop>().add_systems(
@@ -58,10 +59,12 @@ fn answer(
                 dialogs.show(StudyDialog::read_input(file_folder(&world.0)));
             }
             FileRequest::ReadInput(path) => {
-                let has_crf = world.0.document.design().crf.is_some();
+                let world = &world.0;
+                let scenario = resolve(world.document.design(), &world.environment);
                 let mut suspected = String::new();
-                let read = Files::default().read_input(path, has_crf);
+                let read = Files::default().read_input(path, scenario.crf.is_some());
                 let taken = read.and_then(|found| {
+                    let found = found.and(|trials| of_input(trials, &scenario));
                     found.take(false, |_, suspicion| suspected += &format!("; {suspicion}"))
                 });
                 match taken {

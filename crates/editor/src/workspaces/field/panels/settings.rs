@@ -19,7 +19,7 @@ use trackwright_field::samples::MapKind;
 use trackwright_field::selection::DEFAULT_RIDGES;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
-use trackwright_project::MOST_LAG_ROWS;
+use trackwright_project::{MOST_LAG_ROWS, MOST_SENSOR_OFFSET_MM};
 use trackwright_report::selection::ridge_text;
 
 const SELECTED: &str = "let it select";
@@ -46,18 +46,29 @@ pub fn settings_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
         &mut settings.has_rolls,
         &[(false, "5-DOF, an axis"), (true, "6-DOF, a rotation")],
     );
-    named_ui(ui, "lag", |ui| {
-        let field = NumberField {
-            unit: "rows",
-            min: -MOST_LAG_ROWS,
-            max: MOST_LAG_ROWS,
-            ..NumberField::plain("lag of the measured side in rows")
-        };
-        let about = "Rows that readings are behind the ideal poses; each is put beside the pose of its moment";
-        set_from(number_ui(ui, &field.about(about), settings.lag_rows), |rows| {
-            settings.lag_rows = rows;
+    for (label, name, unit, most, about, value) in [
+        (
+            "lag",
+            "lag of the measured side in rows",
+            "rows",
+            MOST_LAG_ROWS,
+            "Rows that readings are behind the ideal poses; each is put beside the pose of its moment",
+            &mut settings.lag_rows,
+        ),
+        (
+            "offset",
+            "offset of the measured side along the sensor's axis",
+            "mm",
+            MOST_SENSOR_OFFSET_MM,
+            "How far measured positions are along the sensor's z axis from ideal ones; it is taken out",
+            &mut settings.sensor_offset_mm,
+        ),
+    ] {
+        named_ui(ui, label, |ui| {
+            let field = NumberField { unit, min: -most, max: most, ..NumberField::plain(name) };
+            set_from(number_ui(ui, &field.about(about), *value), |set| *value = set);
         });
-    });
+    }
     let volumes: Vec<_> = std::iter::once((None, "not known"))
         .chain(Volume::NAMED.map(|volume| (Some(volume), volume.name())))
         .collect();
