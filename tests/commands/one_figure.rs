@@ -245,10 +245,30 @@ fn a_sensor_in_metal_is_named_by_everyone() {
     scratch.succeed_with("simulate a.design.ron --mode single", &words);
 }
 
+/// What states figures of a design; `@` is it.
+const ABOUT_A_DESIGN: [&str; 13] = [
+    "@",
+    "simulate @ --mode motion",
+    "simulate @ --mode single",
+    "simulate @ --mode motion --format json",
+    "compare @",
+    "procedure @",
+    "tolerances @",
+    "tolerances @ --format json",
+    "optimize @ -o better.design.ron --seconds 1",
+    "metal distance @",
+    "report @ -o page.html --overwrite",
+    "verify @ built.csv --frame crf",
+    "verify @ built.csv --frame crf --same-frame",
+];
+
+/// Commands about no design, and those whose output has no figure of one.
+const OTHERS: &str = "fit generator select distort compensate precision import convert characterize pivot protocol \
+                      register export live stability help render sweep";
+
 #[test]
 fn a_design_outside_its_room_meets_nothing() {
-    let scratch = Scratch::new();
-    scratch.copy_built_in("pointer-on-head", "a.design.ron", "version: 1", "version: 1");
+    let AllReaders { scratch, .. } = with_metal(PLATE);
     let text = scratch.read("a.design.ron");
     let (before, after) = text.split_once("crf: (").unwrap();
     let (_, from) = after.split_once("position: (").unwrap();
@@ -260,6 +280,38 @@ fn a_design_outside_its_room_meets_nothing() {
     assert!(readers.study["figures"].is_null(), "{}", readers.study);
     assert_eq!(readers.verdict(), "cannot_tell");
     readers.everyone_agrees();
+    let scratch = &readers.scratch;
+    scratch.succeed("simulate a.design.ron --mode motion --log log.csv");
+    let log = scratch.read("log.csv").replace("true_", "ideal_").replace("sim_", "measured_");
+    scratch.write("built.csv", log);
+    for line in ABOUT_A_DESIGN {
+        let output = scratch.command(&line.replace('@', "a.design.ron")).output().unwrap();
+        let [out, notes] =
+            [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        let page =
+            if line.starts_with("report") { scratch.read("page.html") } else { String::new() };
+        let text = format!("{out}\n{notes}\n{page}").replace("whether the requirement is met", "");
+        let is_judged = |word: &str| matches!(word, "met" | "missed" | "fails" | "holds");
+        let judged = text.split(|c: char| !c.is_alphanumeric()).find(|word| is_judged(word));
+        assert_eq!(judged, None, "{line}: {text}");
+        let reasons = [
+            "no figures",
+            "cannot tell",
+            "not decided",
+            "does not reach",
+            "outside the room's box",
+        ];
+        assert!(reasons.iter().any(|reason| text.contains(reason)), "{line}: {text}");
+    }
+    let help = scratch.succeed("--help");
+    let (_, commands) = help.split_once("Commands:\n").unwrap();
+    let (commands, _) = commands.split_once("\n\n").unwrap();
+    let names = commands.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    for name in names.filter(|name| !name.is_empty()) {
+        let is_known = |line: &&str| line.split(' ').next() == Some(name);
+        let is_other = OTHERS.split_whitespace().any(|other| other == name);
+        assert!(is_other || ABOUT_A_DESIGN.iter().any(|line| is_known(&line)), "{name}");
+    }
 }
 
 #[test]

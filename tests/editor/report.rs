@@ -227,7 +227,6 @@ fn the_status_bar_names_and_cancels_what_is_written() {
         note: None,
         study: None,
         outside: 0,
-        in_metal: 0,
         writing: Some("needle.html".to_owned()),
         notice: &Notice::Nothing,
     };

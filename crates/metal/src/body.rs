@@ -1,6 +1,7 @@
 //! A metal body at a frequency: which model answers for it, and whether that is an estimate.
 
 use crate::boundary::{BoundaryBody, BoundaryError, BoundaryShape, SurfaceLimit};
+use crate::currents::{CurrentBody, CurrentShape};
 use crate::material::{Material, MaterialError, check_frequency};
 use crate::sphere::{SphereError, SphereResponse, sphere_factor};
 use std::sync::Arc;
@@ -28,6 +29,8 @@ pub enum ResponseModel {
     SphereSeries,
     /// No flux enters the surface: exact as the skin depth goes to 0.
     NoFlux { skin_depth_mm: f64 },
+    /// The currents in a conductor of one piece that is not hollow and hardly magnetic.
+    Currents { skin_depth_mm: f64 },
     /// No currents flow: exact for a magnetic material that does not conduct.
     Permeable { relative_permeability: f64 },
     /// An estimate: the skin depth is not small. The response of the surface in one of its limits times
@@ -52,6 +55,14 @@ pub enum BodyError {
     Boundary(#[from] BoundaryError),
 }
 
+/// A conductor up to this permeability counts as not magnetic: stainless steels have 1.008. Magnetisation adds
+/// `(μ − 1)/3` of a sphere's field to that of the currents.
+pub const HARDLY_MAGNETIC: f64 = 1.05;
+
+/// A body is flat or long where one extent or two are below this part of the next one. The loops of currents about
+/// the axes of others would answer a field that varies over them more than once.
+pub const SLENDER: f64 = 0.3;
+
 /// A body of a material at a frequency, its equations factored.
 #[derive(Clone, Debug)]
 pub struct MetalBody {
@@ -68,6 +79,7 @@ pub(crate) enum Solver {
     None,
     Sphere(SphereResponse),
     Surface { body: Arc<BoundaryBody>, factor: f64 },
+    Currents(Arc<CurrentBody>),
 }
 
 impl ResponseModel {
@@ -101,18 +113,28 @@ impl MetalBody {
     /// # Errors
     /// As [`MetalBody::new`].
     pub fn at_frequency(&self, frequency_hz: f64, task: &Task) -> Result<Self, BodyError> {
-        let factored = match &self.solver {
-            Solver::Surface { body, .. } => Some(body),
-            Solver::None | Solver::Sphere(_) => None,
-        };
-        Self::with_factors_of(self.shape.clone(), self.material, frequency_hz, factored, task)
+        self.of(self.material, frequency_hz, task)
+    }
+
+    /// The same body of another material; what was computed of its shape is used again.
+    ///
+    /// # Errors
+    /// As [`MetalBody::new`].
+    pub fn of(
+        &self,
+        material: Material,
+        frequency_hz: f64,
+        task: &Task,
+    ) -> Result<Self, BodyError> {
+        let before = Some(&self.solver);
+        Self::with_factors_of(self.shape.clone(), material, frequency_hz, before, task)
     }
 
     fn with_factors_of(
         shape: MetalShape,
         material: Material,
         frequency_hz: f64,
-        factored: Option<&Arc<BoundaryBody>>,
+        before: Option<&Solver>,
         task: &Task,
     ) -> Result<Self, BodyError> {
         check_frequency(frequency_hz)?;
@@ -121,6 +143,7 @@ impl MetalBody {
             return Err(BodyError::ConductorAtRest { conductivity_s_per_m });
         }
         let mu = material.relative_permeability();
+        let shape_of_body = shape.clone();
         let (model, solver) = match &shape {
             MetalShape::Sphere { radius_mm } => {
                 let response = SphereResponse::new(*radius_mm, &material, frequency_hz)?;
@@ -137,6 +160,20 @@ impl MetalBody {
                     Err(SphereError::ThinSkin { .. }) => -0.5,
                     Err(error) => return Err(error.into()),
                 };
+                let has_currents = mu <= HARDLY_MAGNETIC && material.is_conductor();
+                if has_currents && let Some(of_shape) = current_shape(shape, before, task)? {
+                    let body = CurrentBody::new(of_shape, skin_depth_mm, task)
+                        .map_err(BoundaryError::from)?;
+                    let solver = Solver::Currents(Arc::new(body));
+                    let model = ResponseModel::Currents { skin_depth_mm };
+                    return Ok(Self {
+                        shape: shape_of_body,
+                        material,
+                        frequency_hz,
+                        model,
+                        solver,
+                    });
+                }
                 let (limit, whole) = match in_phase < 0.0 || mu == 1.0 {
                     true => (SurfaceLimit::NoFlux, -0.5),
                     false => (SurfaceLimit::Permeable(mu), (mu - 1.0) / (mu + 2.0)),
@@ -155,6 +192,10 @@ impl MetalBody {
                         mean_radius_mm,
                         skin_depth_mm,
                     },
+                };
+                let factored = match before {
+                    Some(Solver::Surface { body, .. }) => Some(body),
+                    _ => None,
                 };
                 let kept = factored
                     .filter(|body| body.limit() == limit && Arc::ptr_eq(body.shape(), shape));
@@ -189,6 +230,25 @@ impl MetalBody {
     }
 }
 
+/// Loops of currents of a surface: those of before, where they are of the same surface.
+fn current_shape(
+    shape: &Arc<BoundaryShape>,
+    before: Option<&Solver>,
+    task: &Task,
+) -> Result<Option<Arc<CurrentShape>>, BodyError> {
+    if let Some(Solver::Currents(body)) = before {
+        return Ok(Some(Arc::clone(body.shape())));
+    }
+    let Some([least, middle, most]) = crate::currents::extents_mm(shape.surface()) else {
+        return Ok(None);
+    };
+    if least > SLENDER * middle && middle > SLENDER * most {
+        return Ok(None);
+    }
+    let made = CurrentShape::new(shape.surface(), task).map_err(BoundaryError::from)?;
+    Ok(made.map(Arc::new))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,6 +274,19 @@ mod tests {
                 .unwrap()
                 .model()
         };
+        assert!(matches!(model("copper", 1e5), ResponseModel::Currents { .. }));
+        let steel = model("steel-304", 1e4);
+        assert!(matches!(steel, ResponseModel::Currents { .. }) && !steel.is_estimate());
+        assert!(model("steel-416", 1e4).is_estimate());
+    }
+
+    #[test]
+    fn a_compact_body_is_estimated_by_a_sphere() {
+        let block = shape(&cuboid(&Vector3::new(80.0, 80.0, 40.0), 100).unwrap());
+        let body = |key: &str, frequency_hz: f64| {
+            MetalBody::new(block.clone(), named(key), frequency_hz, &Task::default()).unwrap()
+        };
+        let model = |key: &str, frequency_hz: f64| *body(key, frequency_hz).model();
         assert!(matches!(model("copper", 1e5), ResponseModel::NoFlux { .. }));
         assert!(matches!(model("ferrite", 0.1), ResponseModel::ScaledBySphere { .. }));
         let ResponseModel::ScaledBySphere { limit, factor, mean_radius_mm, skin_depth_mm } =
@@ -221,10 +294,9 @@ mod tests {
         else {
             panic!("an estimate")
         };
-        assert!(model("steel-304", 1e4).is_estimate());
         assert_eq!(limit, SurfaceLimit::NoFlux);
-        // 400 cm³ over a diagonal of 283 mm.
-        assert!((mean_radius_mm - 25.98).abs() < 0.01 && (skin_depth_mm - 4.25).abs() < 0.01);
+        // 256 cm³ over a diagonal of 120 mm.
+        assert!((mean_radius_mm - 31.92).abs() < 0.01 && (skin_depth_mm - 4.25).abs() < 0.01);
         let of_sphere = sphere_factor(mean_radius_mm, &named("steel-304"), 1e4).unwrap();
         assert_eq!(factor, of_sphere.re / -0.5);
         let slow = model("steel-416", 1.0);
@@ -269,7 +341,7 @@ mod tests {
         let other = body.at_frequency(1e4, &Task::default()).unwrap();
         let factored = |body: &MetalBody| match &body.solver {
             Solver::Surface { body, .. } => Arc::clone(body),
-            Solver::None | Solver::Sphere(_) => panic!("a surface"),
+            Solver::None | Solver::Sphere(_) | Solver::Currents(_) => panic!("a surface"),
         };
         assert!(Arc::ptr_eq(&factored(&body), &factored(&other)));
         assert!(body.model() != other.model());

@@ -7,6 +7,7 @@
 
 use crate::body::Solver;
 use crate::boundary::BoundaryBody;
+use crate::currents::CurrentBody;
 use crate::mixing::Mixing;
 use crate::panel::{FULL_ANGLE, Panel};
 use crate::sphere::multipoles::SphereBody;
@@ -59,6 +60,12 @@ pub(crate) enum Answer {
         body: Arc<BoundaryBody>,
         factor: f64,
     },
+    /// Of loops of currents.
+    Currents {
+        body: Arc<CurrentBody>,
+        /// The triangles of its layers.
+        samples: Arc<[Panel]>,
+    },
 }
 
 impl Answer {
@@ -74,6 +81,9 @@ impl Answer {
             Solver::Surface { body, factor } => {
                 Self::Surface { body: Arc::clone(body), factor: *factor }
             }
+            Solver::Currents(body) => {
+                Self::Currents { body: Arc::clone(body), samples: body.samples().into() }
+            }
         }
     }
 
@@ -86,7 +96,19 @@ impl Answer {
                 Self::Surface { body: one, factor },
                 Self::Surface { body: other, factor: other_factor },
             ) => Arc::ptr_eq(one, other) && factor == other_factor,
+            (Self::Currents { body: one, .. }, Self::Currents { body: other, .. }) => {
+                Arc::ptr_eq(one, other)
+            }
             _ => false,
+        }
+    }
+
+    /// At which the normal field is taken; none of a sphere.
+    pub(crate) fn panels(&self) -> &[Panel] {
+        match self {
+            Self::None | Self::Sphere(_) => &[],
+            Self::Surface { body, .. } => body.surface().panels(),
+            Self::Currents { samples, .. } => samples,
         }
     }
 
@@ -95,6 +117,7 @@ impl Answer {
             Self::None => 0,
             Self::Sphere(sphere) => sphere.directions().len(),
             Self::Surface { body, .. } => body.surface().panels().len(),
+            Self::Currents { samples, .. } => samples.len(),
         }
     }
 
@@ -103,15 +126,17 @@ impl Answer {
             Self::None => 0,
             Self::Sphere(sphere) => sphere.terms(),
             Self::Surface { body, .. } => body.surface().panels().len(),
+            Self::Currents { body, .. } => body.count(),
         }
     }
 
     /// Unknowns that answer the normal field at the samples.
-    fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+    pub(crate) fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
         match self {
             Self::None => Mat::zeros(0, normal_field.ncols()),
             Self::Sphere(sphere) => sphere.moments(normal_field.as_ref()),
             Self::Surface { body, factor } => body.charges(normal_field) * faer::Scale(*factor),
+            Self::Currents { body, .. } => body.answer(normal_field),
         }
     }
 
@@ -148,6 +173,7 @@ impl Answer {
             Self::None => {}
             Self::Sphere(sphere) => sphere.add_fields(unknowns, p, fields),
             Self::Surface { body, .. } => body.add_fields(unknowns, p, fields),
+            Self::Currents { body, .. } => body.add_fields(unknowns, p, fields),
         }
     }
 
@@ -184,7 +210,7 @@ impl Answer {
             // A sphere's field varies over the distance from it.
             match source {
                 Self::Sphere(sphere) => from_middle_mm - sphere.radius_mm(),
-                Self::None | Self::Surface { .. } => from_middle_mm,
+                Self::None | Self::Surface { .. } | Self::Currents { .. } => from_middle_mm,
             }
         };
         self.sampled(columns, smooth_mm, row, task)
@@ -213,8 +239,7 @@ impl Answer {
                 .par_iter()
                 .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
                 .collect::<Result<_, _>>()?,
-            Self::Surface { body, .. } => body
-                .surface()
+            Self::Surface { .. } | Self::Currents { .. } => self
                 .panels()
                 .par_iter()
                 .map(|panel| row(&panel.rule_mm(smooth_mm(panel.center_mm())), panel.normal()))
@@ -233,6 +258,7 @@ impl Answer {
                     each(unknown, panel.field(p) / FULL_ANGLE);
                 }
             }
+            Self::Currents { body, .. } => body.for_unit_fields(p, each),
         }
     }
 }

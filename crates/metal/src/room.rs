@@ -264,7 +264,7 @@ impl MetalRoom {
     pub fn is_estimate(&self) -> bool {
         let models = || self.bodies.iter().map(|placed| placed.body.model());
         let is_between = |model: &ResponseModel| match model {
-            ResponseModel::SphereSeries => self.bodies.len() > 1,
+            ResponseModel::SphereSeries | ResponseModel::Currents { .. } => self.bodies.len() > 1,
             model => model.is_estimate(),
         };
         models().any(is_between)

@@ -66,8 +66,8 @@ pub struct MetalPlace {
     pub gap: MetalGap,
     /// The figures, or why the object cannot be there.
     pub figures: Result<Figures, String>,
-    /// Whether the requirement is met; `None` without one.
-    pub holds: Option<bool>,
+    /// The requirement's; `None` without one, and where the object cannot be.
+    pub verdict: Option<Verdict>,
 }
 
 /// Why there is nothing to find.
@@ -122,7 +122,7 @@ pub fn metal_distances(
     {
         return Err(MetalDistanceError::Nowhere(why.clone()));
     }
-    let holds = |place: &MetalPlace| place.holds == Some(true);
+    let holds = |place: &MetalPlace| place.verdict == Some(Verdict::Met);
     let mut step = PLACES;
     while let Some(last) = places.iter().rposition(|place| !holds(place)) {
         let (low, high) = match (places.get(last), places.get(last + 1)) {
@@ -140,6 +140,31 @@ pub fn metal_distances(
     let first = places.iter().rposition(|place| !holds(place)).map_or(0, |last| last + 1);
     let holds_from = places.get(first).map(|place| place.gap);
     Ok(MetalDistances { direction, places, holds_from })
+}
+
+impl MetalDistances {
+    /// From how far away the object, by its name, lets a design meet its requirement.
+    pub fn statement(&self, name: &str, has_requirement: bool) -> String {
+        let farthest = self.places.last();
+        match (has_requirement, &self.holds_from) {
+            (false, _) => "the design has no requirement that could hold".to_owned(),
+            (true, Some(gap)) if gap.moved_mm == 0.0 => {
+                format!("the requirement holds with {name} where it is and farther away")
+            }
+            (true, Some(gap)) => format!(
+                "the requirement holds from {:.0} mm away, {:.0} mm from {name} to the tip",
+                gap.moved_mm, gap.from_tip_mm
+            ),
+            (true, None) => {
+                let what = match farthest.and_then(|place| place.verdict) {
+                    Some(Verdict::CannotTell) => "it is not decided whether the requirement holds",
+                    _ => "the requirement does not hold",
+                };
+                let moved_mm = farthest.map_or(0.0, |place| place.gap.moved_mm);
+                format!("{what} {moved_mm:.0} mm away in this direction")
+            }
+        }
+    }
 }
 
 impl MetalDistanceSearch<'_> {
@@ -172,8 +197,7 @@ impl MetalDistanceSearch<'_> {
             Err(problem) => {
                 // It is where it cannot be: how far its surface is from the tip is not known.
                 let gap = MetalGap { moved_mm, from_tip_mm: origin_from_tip_mm };
-                let holds = self.scenario.requirement.map(|_| false);
-                return Ok(MetalPlace { gap, figures: Err(problem.to_string()), holds });
+                return Ok(MetalPlace { gap, figures: Err(problem.to_string()), verdict: None });
             }
         };
         let from_tip_mm = furnished
@@ -185,7 +209,7 @@ impl MetalDistanceSearch<'_> {
         let judgement = figures.requirement.as_ref();
         Ok(MetalPlace {
             gap: MetalGap { moved_mm, from_tip_mm },
-            holds: judgement.map(|judgement| judgement.verdict == Verdict::Met),
+            verdict: judgement.map(|judgement| judgement.verdict),
             figures: Ok(figures),
         })
     }
@@ -288,7 +312,7 @@ mod tests {
         assert_eq!((found.holds_from, found.places.len()), (None, PLACES));
         // Without a requirement there is a curve, and no distance.
         let found = search(&scenario(None), &ball(-150.0), |_| {}).unwrap();
-        assert!(found.holds_from.is_none() && found.places.iter().all(|p| p.holds.is_none()));
+        assert!(found.holds_from.is_none() && found.places.iter().all(|p| p.verdict.is_none()));
         let first = found.places.first().and_then(|p| p.figures.as_ref().ok()).unwrap();
         let last = found.places.last().and_then(|p| p.figures.as_ref().ok()).unwrap();
         let [first, last] = [first, last].map(|f| f.get(Metric::TIP_RMS).unwrap().value);

@@ -35,8 +35,10 @@ pub struct Study {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoFigures {
     #[error(
-        "the room does not reach: of {trials} trials, {outside} have a sensor outside the model's box{}, and \
-         {out_of_volume} one out of the tracker's volume", of_these_in_metal(*.in_metal)
+        "the room does not reach: of {} trials, {} have a sensor outside the model's box{}, and {} one out of \
+         the tracker's volume",
+        with_separators(*.trials), with_separators(*.outside), of_these_in_metal(*.in_metal),
+        with_separators(*.out_of_volume)
     )]
     NoOverlap { trials: usize, outside: usize, in_metal: usize, out_of_volume: usize },
     #[error(transparent)]

@@ -111,11 +111,10 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         None => "tracker",
     };
     output::print(&format!(
-        "{} tips, true and simulated, written to {}, in the frame of the {frame}; {} trials left out; error {:.3} mm RMS",
+        "{} tips, true and simulated, written to {}, in the frame of the {frame}; {} trials left out",
         with_separators(tips.len()),
         args.output.display(),
-        with_separators(outcome.room_field.rejected),
-        outcome.room_field.position_mm.rms()
+        with_separators(outcome.room_field.rejected)
     ))
 }
 

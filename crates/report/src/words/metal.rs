@@ -25,6 +25,19 @@ pub fn metal_lines(report: &FurnishReport) -> Vec<String> {
     lines
 }
 
+/// What has to be known of objects whose response is an estimate.
+pub fn estimated_metal(report: &FurnishReport) -> Vec<String> {
+    let estimated = report.objects.iter().filter(|object| object.model.is_estimate());
+    let words = |object: &ObjectReport| {
+        format!(
+            "{}: {}; the intervals reach to that limit",
+            object.name,
+            model_words(&object.model)
+        )
+    };
+    estimated.map(words).collect()
+}
+
 fn object_line(object: &ObjectReport) -> String {
     let triangles = match (object.triangles, object.coarsened_from) {
         (0, _) => String::new(),
@@ -52,6 +65,9 @@ pub fn model_words(model: &ResponseModel) -> String {
         ResponseModel::SphereSeries => "a sphere, in closed form".to_owned(),
         ResponseModel::NoFlux { skin_depth_mm } => {
             format!("no flux enters, skin depth {skin_depth_mm:.2} mm")
+        }
+        ResponseModel::Currents { skin_depth_mm } => {
+            format!("its currents, at a skin depth of {skin_depth_mm:.2} mm")
         }
         ResponseModel::Permeable { relative_permeability } => {
             format!("permeable, no currents, µ {relative_permeability}")

@@ -28,7 +28,7 @@ use super::requirement::Check;
 use super::requirement::Requirement;
 use super::run::StudyError;
 use super::scenario::Scenario;
-use super::study::{mode_of, study};
+use super::study::{NoFigures, mode_of, study};
 use super::work::Work;
 use as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use first_order::{Direction, FirstOrder};
@@ -63,6 +63,8 @@ enum NoTolerances {
          {limit} is allowed"
     )]
     Missed { name: &'static str, value: f64, limit: f64 },
+    #[error(transparent)]
+    NoFigures(NoFigures),
     #[error("it is not determined whether the requirement is met as drawn: {0}")]
     Unsettled(Undecided),
     #[error("{found} sensors, expected at most {MAX_SENSORS} in tool and CRF together")]
@@ -125,6 +127,7 @@ fn find(
 ) -> Result<(), NoTolerances> {
     let mode = mode_of(scenario);
     let found = study(scenario, &mode, &task.cancel, None)?;
+    let no_overlap = found.no_overlap();
     let room_field = found.room_field;
     sheet.requirement = found.figures.requirement;
     sheet.study_poses = room_field.trials;
@@ -133,6 +136,9 @@ fn find(
     sheet.poorly_determined = room_field.poorly_determined;
     sheet.barely_determined = room_field.barely_determined;
     sheet.work += found.work;
+    if let Some(none) = no_overlap {
+        return Err(NoTolerances::NoFigures(none));
+    }
     let checks = |requirement: Requirement| {
         requirement.checks(&room_field.position_mm, &room_field.angle_deg)
     };

@@ -21,7 +21,7 @@ use trackwright_report::plot::Chart;
 use trackwright_simulation::Mode;
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::metal_distance::{
-    MetalDistanceSearch, MetalDistances, MetalGap, metal_distances,
+    MetalDistanceSearch, MetalDistances, metal_distances,
 };
 
 /// How far the object is moved at most.
@@ -226,29 +226,9 @@ pub(crate) fn metal_distance_panel(
         Some((_, Err(why))) => drop(warning_ui(&mut ui, &capitalised(why))),
         Some((_, Ok(answer))) => {
             let has_requirement = design.requirement.is_some();
-            quiet_ui(&mut ui, verdict(name, has_requirement, answer.found.holds_from.as_ref()));
+            quiet_ui(&mut ui, capitalised(&answer.found.statement(name, has_requirement)));
             chart_ui(&mut ui, &answer.chart, CHART_HEIGHT);
         }
-    }
-}
-
-fn verdict(name: &str, has_requirement: bool, holds_from: Option<&MetalGap>) -> String {
-    match (has_requirement, holds_from) {
-        (false, _) => "The design has no requirement that could hold".to_owned(),
-        (true, None) => {
-            format!(
-                "The requirement does not hold within {} in this direction",
-                length(FARTHEST_MM)
-            )
-        }
-        (true, Some(gap)) if gap.moved_mm == 0.0 => {
-            format!("The requirement holds with {name} where it is, and farther away")
-        }
-        (true, Some(gap)) => format!(
-            "The requirement holds from {} to the tip on, {} away from where it is",
-            length(gap.from_tip_mm),
-            length(gap.moved_mm)
-        ),
     }
 }
 
@@ -262,13 +242,5 @@ mod tests {
         assert_eq!(labels[0], "away from the tip");
         assert_eq!(labels[6], "−z of the tracker");
         assert_eq!(MoveDirection::ALL[6].unit().unwrap().into_inner(), -Vector3::z());
-    }
-
-    #[test]
-    fn the_verdict_has_both_distances() {
-        let gap = MetalGap { moved_mm: 80.0, from_tip_mm: 180.0 };
-        let words = verdict("plate", true, Some(&gap));
-        assert!(words.contains("180") && words.contains("80") && words.contains("mm"), "{words}");
-        assert!(verdict("plate", false, None).contains("no requirement"));
     }
 }
