@@ -2,7 +2,7 @@
 
 mod cli;
 
-use cli::Ending;
+use cli::{Ending, INTERRUPTED};
 use std::process::ExitCode;
 
 /// What can't be done ends with this status: a file or an argument that can't be used.
@@ -10,9 +10,6 @@ const UNUSABLE: u8 = 2;
 
 /// The work was done, and what it checked does not hold.
 const DOES_NOT_HOLD: u8 = 1;
-
-/// A signal ended the work early: as a shell reports Ctrl+C.
-const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
     match cli::run() {

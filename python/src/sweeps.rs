@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyList};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use trackwright_project::Files;
-use trackwright_sweep::{self as sweep, Folder, Part, is_merge_of, merge, run, status};
+use trackwright_sweep::{self as sweep, Folder, Part, merge, run, status};
 
 /// A plan of many designs in many rooms, with all that it refers to.
 #[pyclass(frozen, module = "trackwright")]
@@ -89,12 +89,8 @@ pub fn merge_sweep<'py>(
         let files = Files::overwriting(overwrite);
         let output = files.output(&path)?;
         let (sweep, folder) = Folder::existing(&folder)?;
-        if !is_merge_of(&sweep, &path) {
-            output.expect_own()?;
-        }
-        let report = merge(&sweep, &folder, &path, task)?;
-        output.is_written();
-        Ok(report)
+        sweep.inputs().iter().try_for_each(|file| files.input(file))?;
+        Ok(merge(&sweep, &folder, &output, task)?)
     })?;
     Ok(to_python(py, &report.section(&path).to_json())?)
 }

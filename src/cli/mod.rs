@@ -48,6 +48,9 @@ mod verify;
 
 pub use output::Ending;
 
+/// A signal ended the work early: as a shell reports Ctrl+C.
+pub const INTERRUPTED: u8 = 130;
+
 use anyhow::{Context, bail};
 use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;

@@ -9,6 +9,7 @@ use super::prelude::*;
 use arguments::{bounds, kind, metric, sensors};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 use trackwright_field::Environment;
@@ -117,6 +118,8 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;
     let better = with_layout(&world, &optimized.best).with_context(named)?;
+    // It may have appeared, or been changed, during the search.
+    output.expect_own()?;
     let mut saved = if optimized.is_better { better.clone() } else { world.clone() };
     let report = trackwright_project::save_as(&mut saved, &args.output)?;
     let here = |file: &PathBuf| file.strip_prefix(".").unwrap_or(file).display().to_string();
@@ -222,18 +225,24 @@ fn search(args: &OptimizeArgs, problem: &Problem) -> anyhow::Result<(Optimized, 
         shown.set_message(format!("best so far {}", objective_text(problem.goal, progress.best)));
     };
     let found = optimize(problem, &settings, &enough, &shown.task, &mut deliver)?;
+    IS_OVER.store(true, Ordering::Relaxed);
     Ok((found, started.elapsed().as_secs_f64()))
 }
 
-/// The first signal keeps the best so far; another one gives up.
+/// Nothing of the search is left to be kept, and what is written is whole or not at all.
+static IS_OVER: AtomicBool = AtomicBool::new(false);
+
+/// The first signal keeps the best so far; another one gives up, and so does one after the search.
 fn end_at_signals(enough: CancelToken, cancel: CancelToken) -> anyhow::Result<()> {
-    let (first, mut is_first) = (enough, true);
+    let mut signals = 0;
     ctrlc::set_handler(move || {
-        match is_first {
-            true => first.cancel(),
-            false => cancel.cancel(),
+        signals += 1;
+        match signals {
+            _ if IS_OVER.load(Ordering::Relaxed) => std::process::exit(super::INTERRUPTED.into()),
+            1 => enough.cancel(),
+            2 => cancel.cancel(),
+            _ => std::process::exit(super::INTERRUPTED.into()),
         }
-        is_first = false;
     })
     .context("Ctrl+C cannot be listened for")
 }

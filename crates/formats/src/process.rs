@@ -61,19 +61,21 @@ impl ProcessEntry {
             None => Ok(()),
             Some(expected) => Err(FormatError::number(format!("process.{name}"), value, expected)),
         };
-        let above_zero = |value: f64| (value.is_nan() || value <= 0.0).then_some("above zero");
-        let positive = |value: f64| above_zero(if value.is_finite() { value } else { f64::NAN });
+        // Kernels of larger and smaller numbers are none any more after they are squared.
+        let positive = |value: f64| (!(1e-12..=1e12).contains(&value)).then_some("1e-12 to 1e12");
+        let is_sine = |value: f64| value == f64::INFINITY || (1e-6..=1e12).contains(&value);
+        let sine = |value: f64| (!is_sine(value)).then_some("1e-6 to 1e12, or inf");
         check("kernel.nugget", self.kernel.nugget, positive(self.kernel.nugget))?;
         for KernelScale { length_mm, axis_sine, x_axis_sine, variance } in self.kernel.scales {
             check("kernel.scales.length_mm", length_mm, length_above_zero_problem(length_mm))?;
             check("kernel.scales.variance", variance, positive(variance))?;
             // Infinite where axes were not measured.
-            check("kernel.scales.axis_sine", axis_sine, above_zero(axis_sine))?;
-            check("kernel.scales.x_axis_sine", x_axis_sine, above_zero(x_axis_sine))?;
+            check("kernel.scales.axis_sine", axis_sine, sine(axis_sine))?;
+            check("kernel.scales.x_axis_sine", x_axis_sine, sine(x_axis_sine))?;
         }
         check("left_out_rms_mm", self.left_out_rms_mm, length_problem(self.left_out_rms_mm))?;
         if let Some((name, found)) = self.amplitude.problem() {
-            check(name, found, Some("a finite number, at most 1e6"))?;
+            check(name, found, Some("a number within its limits"))?;
         }
         let is_variance = |c: usize| self.covariance[c][c] >= 0.0;
         let is_finite = self.covariance.as_flattened().iter().all(|v| v.is_finite());

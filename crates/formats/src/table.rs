@@ -245,6 +245,9 @@ impl Header {
     }
 }
 
+/// What is computed of larger ones is no number any more, or none that a file of the program may have.
+const LARGEST_COORDINATE: f64 = 1e12;
+
 impl<'a> Row<'a> {
     /// Where the row begins.
     pub fn line(&self) -> u64 {
@@ -293,6 +296,10 @@ impl<'a> Row<'a> {
     pub fn pose(&self, columns: &PoseColumns) -> Result<Pose, FormatError> {
         let [x, y, z] = self.numbers(&columns.position)?;
         let position = Vector3::new(x, y, z);
+        if let Some(k) = (0..3).find(|&k| position[k].abs() > LARGEST_COORDINATE) {
+            let (name, found) = (self.name(columns.position[k]), format!("{:e}", position[k]));
+            return Err(FormatError::cell(self.line, name, found, "a number up to 1e12"));
+        }
         let Some(rotation_columns) = &columns.rotation else {
             return Ok(Pose::translation(x, y, z));
         };

@@ -15,7 +15,6 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use trackwright_design::Origin;
 use trackwright_field::Environment;
 use trackwright_field::generator::Generator;
 use trackwright_formats::signature::{self, Signature};
@@ -69,7 +68,7 @@ impl Files {
         Self {
             is_overwriting: true,
             known: Mutex::new(Known {
-                read: files_of(world).map(FileId::of).collect(),
+                read: world.files().map(FileId::of).collect(),
                 written: BTreeMap::new(),
             }),
         }
@@ -101,8 +100,11 @@ impl Files {
         file.map(|file| self.output(file)).transpose()
     }
 
-    /// States that a file is read, which must be no [`output`](Self::output).
-    pub(super) fn input(&self, file: &Path) -> Result<(), StoreError> {
+    /// States that a file is read, which must be no [`output`](Self::output); for what is not read through this.
+    ///
+    /// # Errors
+    /// [`StoreError::IsInput`].
+    pub fn input(&self, file: &Path) -> Result<(), StoreError> {
         let id = FileId::of(file);
         let mut known = self.known();
         if known.written.contains_key(&id) && is_plain(file) {
@@ -144,7 +146,7 @@ impl Files {
     }
 
     fn opened(&self, world: World) -> Result<World, StoreError> {
-        files_of(&world).try_for_each(|file| self.input(file))?;
+        world.files().try_for_each(|file| self.input(file))?;
         Ok(world)
     }
 
@@ -174,13 +176,11 @@ impl Output<'_> {
         if !draft.is_there_already().map_err(fails)? {
             self.expect_own()?;
         }
-        let is_plain = draft.is_plain();
+        // Before it is at its place: whoever looks there then finds what is known.
+        draft.temporary().into_iter().for_each(written::remember);
         draft.place().map_err(fails)?;
         // It is another one now than it was, or was not there.
-        match is_plain {
-            true => self.is_written(),
-            false => self.files.is_written(&self.file),
-        }
+        self.files.is_written(&self.file);
         Ok(())
     }
 
@@ -246,15 +246,6 @@ impl Output<'_> {
     pub fn write_definition(&self, definition: &ToolDefinition) -> Result<(), StoreError> {
         self.write_bytes(&definition.write())
     }
-}
-
-fn files_of(world: &World) -> impl Iterator<Item = &Path> {
-    let own = match world.document.origin() {
-        Origin::File(file) => Some(file.as_path()),
-        Origin::BuiltIn(_) => None,
-    };
-    let read = world.stamps.iter().map(|(file, _)| file.as_path());
-    own.into_iter().chain(read)
 }
 
 fn is_input(file: &Path) -> StoreError {

@@ -80,6 +80,14 @@ impl RoomSource {
         file_name(self.path())
     }
 
+    /// The file, of a room that is on the disk.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::BuiltIn(_) => None,
+            Self::File(file) => Some(file),
+        }
+    }
+
     /// A file of the disk, by any of its names.
     pub fn of_file(file: &Path) -> Self {
         Self::File(absolute(file))

@@ -505,11 +505,21 @@ impl Mover {
     fn copy(&mut self, old_reference: &str, bytes: &[u8]) -> Result<String, StoreError> {
         let name = Path::new(old_reference).file_name().unwrap_or_default();
         let is_same = |path: &Path| fs::read(path).is_ok_and(|found| found == bytes);
-        let copy = free_name(&self.folder.join(name), |path| !path.exists() || is_same(path));
-        if !is_same(&copy) {
-            write_bytes(&copy, bytes)?;
-            self.report.written.push(copy.clone());
-        }
+        let copy = loop {
+            let copy = free_name(&self.folder.join(name), |path| !path.exists() || is_same(path));
+            if is_same(&copy) {
+                break copy;
+            }
+            match replace(&copy, bytes, false) {
+                Ok(()) => {
+                    self.report.written.push(copy.clone());
+                    break copy;
+                }
+                // Somebody else was first with that name.
+                Err(StoreError::ChangedOnDisk { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        };
         self.stamps.take(&copy, bytes);
         Ok(file_name(&copy))
     }

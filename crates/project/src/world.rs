@@ -5,8 +5,9 @@ use super::meshes::Meshes;
 use super::read::Kind;
 use super::reader::{home, is_on_disk};
 use super::stamps::Stamps;
+use std::path::Path;
 use std::sync::Arc;
-use trackwright_design::Document;
+use trackwright_design::{Document, Origin};
 use trackwright_field::Environment;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_metal::furnished::{FurnishError, Furnished};
@@ -28,6 +29,15 @@ pub struct World {
 }
 
 impl World {
+    /// The files of the disk that it was read from.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let own = match self.document.origin() {
+            Origin::File(file) => Some(file.as_path()),
+            Origin::BuiltIn(_) => None,
+        };
+        own.into_iter().chain(self.stamps.iter().map(|(file, _)| file.as_path()))
+    }
+
     /// A world whose environment and bodies' meshes are the ones that the design refers to.
     pub fn new(
         document: Document,

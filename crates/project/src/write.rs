@@ -40,6 +40,30 @@ pub(super) fn write_error(file: &Path, cause: io::Error) -> StoreError {
     StoreError::Write { file: file.to_owned(), cause }
 }
 
+/// Links from one to the next at most, as systems have it.
+const MOST_LINKS: usize = 40;
+
+/// Where a name leads to by its links, whether a file is there or not; a stream of this process stays one.
+fn followed(file: &Path) -> io::Result<PathBuf> {
+    let mut file = file.to_owned();
+    for _ in 0..MOST_LINKS {
+        if is_own_stream(&file) {
+            return Ok(file);
+        }
+        match fs::read_link(&file) {
+            Ok(target) => file = folder_of(&file).join(target),
+            Err(_) => return Ok(file.canonicalize().unwrap_or(file)),
+        }
+    }
+    Err(io::Error::other("the link leads to itself"))
+}
+
+/// Whether a name is of an open file of this process, such as its standard output.
+fn is_own_stream(file: &Path) -> bool {
+    let streams = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc/self/fd"];
+    streams.iter().any(|stream| file.starts_with(stream))
+}
+
 /// A whole file beside the one that it replaces; what is no plain file was written to as it is.
 #[derive(Debug)]
 pub(super) struct Draft {
@@ -54,10 +78,13 @@ impl Draft {
         file: &Path,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> io::Result<Self> {
-        let file = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        let file = followed(file)?;
         let before = fs::metadata(&file).ok();
-        if before.as_ref().is_some_and(|m| !m.is_file()) {
-            let mut out = BufWriter::new(File::options().write(true).open(&file)?);
+        let is_stream = is_own_stream(&file);
+        if is_stream || before.as_ref().is_some_and(|m| !m.is_file()) {
+            // What a shell has put at a stream's place is written on, not replaced.
+            let open = File::options().write(true).append(is_stream).open(&file)?;
+            let mut out = BufWriter::new(open);
             write(&mut out)?;
             out.flush()?;
             return Ok(Self { file, temporary: None });
@@ -78,9 +105,9 @@ impl Draft {
         Ok(Self { file, temporary: Some(temporary) })
     }
 
-    /// Whether it has a place among files, and is no device or pipe.
-    pub(super) fn is_plain(&self) -> bool {
-        self.temporary.is_some()
+    /// What is to take the file's place.
+    pub(super) fn temporary(&self) -> Option<&Path> {
+        self.temporary.as_ref().map(|temporary| &*temporary.path)
     }
 
     /// Whether the file that it is to replace holds the same already.

@@ -59,9 +59,9 @@ pub(super) fn remember(file: &Path) {
 }
 
 fn is_listed(folder: &Path, content: Content) -> bool {
-    let list = fs::read_to_string(folder.join(LIST)).unwrap_or_default();
+    let list = fs::read(folder.join(LIST)).unwrap_or_default();
     let line = content.line();
-    list.lines().any(|own| own == line)
+    list.split(|byte| *byte == b'\n').any(|own| own == line.as_bytes())
 }
 
 fn add(folder: &Path, content: Content) -> io::Result<()> {
@@ -73,12 +73,13 @@ fn add(folder: &Path, content: Content) -> io::Result<()> {
     let _lock = Lock::wait_for(&folder.join(LOCK)).map_err(io::Error::other)?;
     let file = folder.join(LIST);
     if fs::metadata(&file).is_ok_and(|found| found.len() > LONGEST_BYTES) {
-        let list = fs::read_to_string(&file)?;
+        let list = String::from_utf8_lossy(&fs::read(&file)?).into_owned();
         let newer: Vec<&str> = list.lines().skip(list.lines().count() / 2).collect();
         write_bytes(&file, (newer.join("\n") + "\n").as_bytes()).map_err(io::Error::other)?;
     }
     let mut list = OpenOptions::new().create(true).append(true).open(&file)?;
-    writeln!(list, "{}", content.line())
+    // In one piece, after whatever an interrupted line left.
+    list.write_all(format!("\n{}\n", content.line()).as_bytes())
 }
 
 #[cfg(test)]
@@ -96,11 +97,23 @@ mod tests {
         add(&state, content).unwrap();
         add(&state, content).unwrap();
         assert!(is_listed(&state, content));
-        assert_eq!(fs::read_to_string(state.join(LIST)).unwrap().lines().count(), 1);
+        let list = fs::read_to_string(state.join(LIST)).unwrap();
+        assert_eq!(list.lines().filter(|line| !line.is_empty()).count(), 1);
         // A byte more, a byte less, another byte.
         for changed in ["x,y\n1,2\n\n", "x,y\n1,2", "x,y\n1,3\n"] {
             fs::write(&file, changed).unwrap();
             assert!(!is_listed(&state, Content::of(&file).unwrap()), "{changed:?}");
+        }
+    }
+
+    #[test]
+    fn a_damaged_list_keeps_its_other_lines() {
+        let state = tempfile::tempdir().unwrap();
+        let content = |number: u64| Content { length: number, hash: number };
+        fs::write(state.path().join(LIST), b"1 0000000000000001\n\xff\xfe\n2 00000000").unwrap();
+        add(state.path(), content(3)).unwrap();
+        for (number, is_known) in [(1, true), (2, false), (3, true)] {
+            assert_eq!(is_listed(state.path(), content(number)), is_known, "{number}");
         }
     }
 

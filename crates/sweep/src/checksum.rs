@@ -105,12 +105,11 @@ pub(crate) fn hexadecimal(digest: Sha256) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::shard::footer;
-    use super::super::tests::{compute, opened, sweep};
-    use super::super::{SweepTable, is_merge_of, merge};
+    use super::super::tests::{compute, merge_to, opened, sweep};
+    use super::super::{SweepTable, is_merge_of};
     use super::*;
     use std::fs;
     use std::io::Cursor;
-    use trackwright_task::Task;
 
     const PLAN: &str = r#"(
         version: 1,
@@ -128,7 +127,7 @@ mod tests {
         compute(&sweep, &folder, "1/1");
         let shard = folder.coverage().unwrap().shards.remove(0).1;
         let rows = dir.path().join("rows.parquet");
-        merge(&sweep, &folder, &rows, &Task::default()).unwrap();
+        merge_to(&sweep, &folder, &rows).unwrap();
         let is_good = |bytes: &[u8]| is_whole(&mut Cursor::new(bytes)).unwrap() == Some(true);
         let whole = fs::read(&shard).unwrap();
         assert!(is_good(&whole));
@@ -153,7 +152,7 @@ mod tests {
                 if file == &shard {
                     assert!(folder.coverage().unwrap().torn.contains(&shard));
                     assert!(SweepTable::open(folder.path()).is_err());
-                    assert!(merge(&sweep, &folder, &rows, &Task::default()).is_err());
+                    assert!(merge_to(&sweep, &folder, &rows).is_err());
                 }
             }
             fs::write(file, &whole).unwrap();

@@ -20,6 +20,9 @@ use trackwright_formats::sweep_plan;
 const PLAN: &str = "plan.sweep.ron";
 const LOCKS: &str = "locks";
 
+/// What the names of plans begin with while they are written.
+const PLAN_DRAFT: &str = ".plan-";
+
 /// What a cluster gets is in this one.
 pub(crate) const SLURM: &str = "slurm";
 
@@ -122,9 +125,12 @@ impl Folder {
             return Err(SweepError::OtherPlan { file });
         }
         let plan = path.join(PLAN);
-        if !plan.exists() {
-            let text = sweep_plan::write(sweep.plan());
-            let mut draft = new_file(path, ".plan-")?;
+        let text = sweep_plan::write(sweep.plan());
+        let _commit = folder.lock_commit()?;
+        // Without a row the plan may be another one by now.
+        let is_there = fs::read(&plan).is_ok_and(|found| found == text.as_bytes());
+        if !is_there && (!plan.exists() || folder.named_shards()?.is_empty()) {
+            let mut draft = new_file(path, PLAN_DRAFT)?;
             std::io::Write::write_all(&mut draft, text.as_bytes())
                 .map_err(io_error(&plan, "cannot be written"))?;
             draft
@@ -218,7 +224,13 @@ impl Folder {
         let _commit = self.lock_commit()?;
         for entry in fs::read_dir(&self.path).map_err(io_error(&self.path, "cannot be read"))? {
             let entry = entry.map_err(io_error(&self.path, "cannot be read"))?;
-            let Some(part) = part_of_draft(&entry.file_name().to_string_lossy()) else {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            // Plans are written under this lock.
+            if name.starts_with(PLAN_DRAFT) && name.ends_with(".tmp") {
+                remove(&entry.path())?;
+            }
+            let Some(part) = part_of_draft(&name) else {
                 continue;
             };
             // Held until the draft is removed.

@@ -1,7 +1,7 @@
 //! All rows of a sweep in one file, in order.
 
 use super::error::{SweepError, io_error, parquet_error};
-use super::folder::{Coverage, Folder, new_file};
+use super::folder::{Coverage, Folder};
 use super::shard::{Footer, GROUP_ROWS, footer, properties};
 use super::sweep::Sweep;
 use super::table::schema;
@@ -10,8 +10,10 @@ use arrow_select::concat::concat_batches;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
+use std::io::Seek;
 use std::path::Path;
 use trackwright_formats::sweep_plan;
+use trackwright_project::Output;
 use trackwright_result::{Section, data, with_separators};
 use trackwright_task::Task;
 
@@ -48,22 +50,27 @@ impl MergeReport {
 /// Writes all rows of a folder to one file, whose bytes do not depend on how the rows were sharded.
 ///
 /// # Errors
-/// A file of the sweep itself, rows that are missing or there twice, a shard of another plan, and what the disk
+/// A file of the sweep itself, or one that may not be replaced; rows that are missing or there twice, a shard of another plan, and what the disk
 /// reports; nothing is written then.
 pub fn merge(
     sweep: &Sweep,
     folder: &Folder,
-    file: &Path,
+    output: &Output<'_>,
     task: &Task,
 ) -> Result<MergeReport, SweepError> {
+    let file = output.file();
     folder.expect_not_own(file)?;
+    match is_merge_of(sweep, file) {
+        true => output.is_written(),
+        false => output.expect_own()?,
+    }
     let coverage = folder.coverage()?;
     check(&coverage, sweep.rows())?;
-    let target =
-        file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut draft = new_file(target, ".merge-")?;
+    // Without a name nothing of it is left, however the process ends.
+    let mut draft = tempfile::tempfile_in(folder.path())
+        .map_err(io_error(folder.path(), "cannot be written to"))?;
     let schema = schema(sweep.plan());
-    let handle = draft.as_file().try_clone().map_err(io_error(file, "cannot be opened"))?;
+    let handle = draft.try_clone().map_err(io_error(file, "cannot be opened"))?;
     let mut writer = ArrowWriter::try_new(handle, schema.clone(), Some(properties(&schema)))
         .map_err(parquet_error(file))?;
     let mut waiting: Option<RecordBatch> = None;
@@ -102,16 +109,22 @@ pub fn merge(
         plan: sweep_plan::write(sweep.plan()),
         all: sweep.rows(),
     };
-    footer.finish(writer, &schema, file, draft.as_file_mut())?;
-    let bytes = draft.as_file().metadata().map_err(io_error(file, "cannot be read"))?.len();
-    draft.persist(file).map_err(|error| io_error(file, "cannot be written")(error.error))?;
+    footer.finish(writer, &schema, file, &mut draft)?;
+    let bytes = draft.metadata().map_err(io_error(file, "cannot be read"))?.len();
+    output.write(|out| {
+        draft.rewind()?;
+        std::io::copy(&mut draft, out).map(drop)
+    })?;
     folder.remove_leftovers(None)?;
     Ok(MergeReport { rows: sweep.rows(), shards: coverage.shards.len(), bytes })
 }
 
 /// Whether a file has the merged rows of this sweep, and nothing else: it may be written over.
 pub fn is_merge_of(sweep: &Sweep, file: &Path) -> bool {
-    footer(file).is_ok_and(|found| found.hash == sweep.hash() && found.rows == (0..sweep.rows()))
+    // Opening a pipe would wait for whoever writes to it.
+    file.is_file()
+        && footer(file)
+            .is_ok_and(|found| found.hash == sweep.hash() && found.rows == (0..sweep.rows()))
 }
 
 /// Whether every row is there once.
@@ -129,7 +142,10 @@ fn check(coverage: &Coverage, all: u64) -> Result<(), SweepError> {
         }
     }
     match coverage.missing(0..all).into_iter().next() {
-        Some(gap) => Err(SweepError::Gap { from: gap.start, to: gap.end }),
+        Some(gap) => match coverage.torn.first() {
+            Some(file) => Err(SweepError::Damaged { file: file.clone() }),
+            None => Err(SweepError::Gap { from: gap.start, to: gap.end }),
+        },
         None => Ok(()),
     }
 }

@@ -59,6 +59,11 @@ pub enum Cell {
 }
 
 impl SweepTable {
+    /// The files that the rows are in.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(|file| file.path.as_path())
+    }
+
     /// Opens a folder of shards, by itself or by the plan's file in it, or a merged file; reads no row
     /// yet.
     ///

@@ -4,7 +4,7 @@ use super::checksum::hexadecimal;
 use super::points::Points;
 use super::template::Template;
 use sha2::{Digest, Sha256};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::{Design, Origin};
 use trackwright_field::Environment;
@@ -30,6 +30,8 @@ pub struct Sweep {
     rooms: Vec<OpenRoom>,
     motions: Vec<OpenMotion>,
     rows: u64,
+    /// Files of the disk, but for the plan.
+    inputs: Vec<PathBuf>,
 }
 
 #[derive(Clone, Debug)]
@@ -113,6 +115,7 @@ impl Sweep {
         add(env!("CARGO_PKG_VERSION"));
         // Where the files are and how long a shard takes is in no row.
         add(&sweep_plan::write(&SweepPlan { folder: None, shard_seconds: 1.0, ..plan.clone() }));
+        let mut inputs: Vec<PathBuf> = Vec::new();
         let mut designs = Vec::with_capacity(plan.designs.len());
         for name in &plan.designs {
             let world = open_named(name, &folder)?;
@@ -120,6 +123,7 @@ impl Sweep {
             template.texts().iter().for_each(|text| add(text));
             add(&room_text(world.bare_environment(), world.document.design()));
             let origin = world.document.origin().clone();
+            inputs.extend(world.files().map(Path::to_owned));
             designs.push(SweptDesign {
                 origin,
                 template,
@@ -145,16 +149,24 @@ impl Sweep {
                 SweepMotion::Input(name) => {
                     let file = folder.join(name);
                     let trials = files.read_input(&file, has_crf)?.take(false, |_, _| ())?;
+                    inputs.push(file);
                     add(&format!("{trials:?}"));
                     OpenMotion::Mode(Mode::Input(trials.into()))
                 }
             });
         }
+        let of_rooms = rooms.iter().filter_map(|room: &OpenRoom| room.source.file());
+        inputs.extend(of_rooms.map(Path::to_owned));
         let hash = hexadecimal(digest);
         let points = Points::new(&plan.vary, plan.seed);
         let rows = plan.rows() as u64;
         plan.folder = Some(folder.to_string_lossy().into_owned());
-        Ok(Self { plan, hash, points, designs, rooms, motions, rows })
+        Ok(Self { plan, hash, points, designs, rooms, motions, rows, inputs })
+    }
+
+    /// The files that it reads, but for the plan.
+    pub fn inputs(&self) -> &[PathBuf] {
+        &self.inputs
     }
 
     /// The plan, with the folder that its files are relative to: it can be opened from anywhere.

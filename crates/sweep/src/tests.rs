@@ -2,13 +2,14 @@
 
 use super::shard::ShardWriter;
 use super::{
-    Cell, Coverage, Direction, Folder, Part, Row, RowFigures, Sweep, SweepError, SweepTable,
-    is_merge_of, merge, run,
+    Cell, Coverage, Direction, Folder, MergeReport, Part, Row, RowFigures, Sweep, SweepError,
+    SweepTable, is_merge_of, merge, run,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trackwright_formats::sweep_plan;
+use trackwright_project::Files;
 use trackwright_simulation::motion::{AxisRange, Motion};
 use trackwright_simulation::{CancelToken, Metric, Mode};
 use trackwright_task::Task;
@@ -40,9 +41,19 @@ pub(super) fn opened(dir: &TempDir, name: &str, sweep: &Sweep) -> Folder {
     Folder::open(&dir.path().join(name), sweep).unwrap()
 }
 
+/// Over whatever is there.
+pub(super) fn merge_to(
+    sweep: &Sweep,
+    folder: &Folder,
+    file: &Path,
+) -> Result<MergeReport, SweepError> {
+    let files = Files::overwriting(true);
+    merge(sweep, folder, &files.output(file)?, &Task::default())
+}
+
 fn merged(dir: &TempDir, sweep: &Sweep, folder: &Folder) -> Vec<u8> {
     let file = dir.path().join("merged.parquet");
-    merge(sweep, folder, &file, &Task::default()).unwrap();
+    merge_to(sweep, folder, &file).unwrap();
     fs::read(file).unwrap()
 }
 
@@ -128,7 +139,7 @@ fn rows_are_kept_and_torn_files_made_anew() {
     assert_eq!(compute(&sweep, &folder, "1/1").torn, 1);
     assert_eq!(merged(&dir, &sweep, &folder), expected);
     fs::remove_file(&files[3]).unwrap();
-    let gap = merge(&sweep, &folder, &dir.path().join("no.parquet"), &Task::default());
+    let gap = merge_to(&sweep, &folder, &dir.path().join("no.parquet"));
     assert!(matches!(gap, Err(SweepError::Gap { from: 120, to: 160 })), "{gap:?}");
     assert!(!dir.path().join("no.parquet").exists());
     compute(&sweep, &folder, "4/4");
@@ -212,14 +223,14 @@ fn merged_rows_replace_no_file_of_a_sweep() {
         .extend(["link/commit", "out/../out/locks/x", "my.sweep.ron"].map(|f| dir.path().join(f)));
     for target in &targets {
         let before = fs::read(target).ok();
-        let refused = merge(&sweep, &folder, target, &Task::default());
+        let refused = merge_to(&sweep, &folder, target);
         assert!(matches!(refused, Err(SweepError::Own { .. })), "{target:?} {refused:?}");
         assert_eq!(fs::read(target).ok(), before);
     }
     // Beside the shards is where a cluster merges to.
     for target in [own.join("rows.parquet"), dir.path().join("rows.parquet")] {
         assert!(!is_merge_of(&sweep, &target));
-        merge(&sweep, &folder, &target, &Task::default()).unwrap();
+        merge_to(&sweep, &folder, &target).unwrap();
         assert!(is_merge_of(&sweep, &target));
     }
     assert!(!is_merge_of(&sweep, &shards(&folder)[0]));
@@ -235,7 +246,7 @@ fn rows_that_are_there_twice_are_refused() {
     compute(&sweep, &thirds, "2/3");
     let stray = &shards(&thirds)[0];
     fs::copy(stray, halves.path().join(stray.file_name().unwrap())).unwrap();
-    let refused = merge(&sweep, &halves, &dir.path().join("no.parquet"), &Task::default());
+    let refused = merge_to(&sweep, &halves, &dir.path().join("no.parquet"));
     assert!(matches!(refused, Err(SweepError::Twice { row: 53, .. })), "{refused:?}");
 }
 
@@ -415,7 +426,7 @@ fn long_a_million_rows_are_sorted() {
         assert!(writer.finish().unwrap());
     }
     let file = dir.path().join("merged.parquet");
-    merge(&sweep, &folder, &file, &Task::default()).unwrap();
+    merge_to(&sweep, &folder, &file).unwrap();
     let cancel = CancelToken::default();
     let figure = |row: u64| {
         made_up(&sweep, row).study.map(|figures| figures.room_field.unwrap()[0]).unwrap()

@@ -1,7 +1,7 @@
 //! `sweep merge`: all rows of a folder in one file.
 
 use super::super::prelude::*;
-use trackwright_sweep::{Folder, is_merge_of, merge};
+use trackwright_sweep::{Folder, merge};
 
 #[derive(Debug, Args)]
 pub(super) struct MergeArgs {
@@ -24,12 +24,9 @@ pub(super) struct MergeArgs {
 pub(super) fn run(args: &MergeArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     let (sweep, folder) = Folder::existing(&args.folder)?;
-    if !is_merge_of(&sweep, &args.output) {
-        output.expect_own()?;
-    }
+    sweep.inputs().iter().try_for_each(|file| files.input(file))?;
     let shown = Shown::new("merging");
-    let report = merge(&sweep, &folder, &args.output, &shown.task)?;
+    let report = merge(&sweep, &folder, &output, &shown.task)?;
     drop(shown);
-    output.is_written();
     output::print_section(args.format, &report.section(&args.output))
 }

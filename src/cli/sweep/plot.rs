@@ -31,6 +31,7 @@ pub(super) struct PlotArgs {
 /// A column that is not there, files that can't be used.
 pub(super) fn run(args: &PlotArgs, files: &Files) -> anyhow::Result<()> {
     let table = SweepTable::open(&args.sweep)?;
+    table.files().try_for_each(|file| files.input(file))?;
     let sweep = columns(&table, args)?;
     output::make_folder(Some(&args.output))?;
     let put = |name: &str, text: &str| -> anyhow::Result<()> {

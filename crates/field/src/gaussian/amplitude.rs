@@ -111,8 +111,12 @@ impl Amplitude {
         let half = self.half_mm.iter();
         let half = half.copied().find(|h| length_above_zero_problem(*h).is_some());
         half.map(|h| ("amplitude.half_mm", h)).or_else(|| {
-            let others = self.center_mm.iter().chain(&self.log_variance);
-            others.into_iter().find(|v| !v.is_finite() || v.abs() > 1e6).map(|v| ("amplitude", *v))
+            let beyond =
+                |values: &[f64], most: f64| values.iter().copied().find(|v| !(v.abs() <= most));
+            let center = beyond(&self.center_mm, 1e6).map(|v| ("amplitude.center_mm", v));
+            // Of an exponent: fields that differ by more than e¹⁵ from place to place are none.
+            center
+                .or_else(|| beyond(&self.log_variance, 30.0).map(|v| ("amplitude.log_variance", v)))
         })
     }
 }
