@@ -186,6 +186,56 @@ fn two_outputs_are_two_files() {
     scratch.refused(format!("{select} -o a.env.ron --plot a.env.ron"), &["expected two files"]);
 }
 
+/// A shell's file at the standard output has all that comes there.
+#[test]
+fn standard_output_is_written_on() {
+    let scratch = folder();
+    let line = "simulate d/pointer-on-head.design.ron --mode single --log /dev/stdout";
+    let program = scratch.command(line);
+    let (path, args) = (program.get_program(), program.get_args());
+    let quoted: Vec<String> = std::iter::once(path)
+        .chain(args)
+        .map(|word| format!("'{}'", word.to_string_lossy()))
+        .collect();
+    let script = format!("echo before; {} ; echo after", quoted.join(" "));
+    let mut shell = std::process::Command::new("sh");
+    shell.current_dir(scratch.path("")).arg("-c").arg(format!("({script}) > all.txt"));
+    for (name, value) in program.get_envs() {
+        if let Some(value) = value {
+            shell.env(name, value);
+        }
+    }
+    assert!(shell.status().unwrap().success());
+    let all = scratch.read("all.txt");
+    let lines: Vec<&str> = all.lines().collect();
+    assert_eq!((lines[0], lines[lines.len() - 1]), ("before", "after"));
+    assert!(lines[1].starts_with("true_x,") && all.contains("tip error"), "{all}");
+}
+
+#[test]
+fn a_link_to_no_file_makes_that_file() {
+    let scratch = folder();
+    let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, scratch.path(name)).unwrap();
+    link("d/new.csv", "link");
+    scratch.succeed("distort d/room.env.ron poses.csv -o link");
+    assert!(fs::symlink_metadata(scratch.path("link")).unwrap().is_symlink());
+    assert!(scratch.read("d/new.csv").starts_with(POSE));
+    link("ring", "ring");
+    scratch.fail_with("distort d/room.env.ron poses.csv -o ring", &["ring", "leads to itself"]);
+}
+
+#[test]
+fn numbers_beyond_all_bounds_are_no_table() {
+    let scratch = folder();
+    let table = scratch.read("room.csv");
+    let (head, rows) = table.split_once('\n').unwrap();
+    let (_, rest) = rows.split_once(',').unwrap();
+    scratch.write("far.csv", format!("{head}\n1e25,{rest}"));
+    let fit = "fit far.csv --as-is --order 0 -o far.env.ron";
+    scratch.refused(fit, &["far.csv", "ideal_x", "1e25", "up to 1e12"]);
+    assert!(!scratch.has("far.env.ron"));
+}
+
 /// How often each writer is interrupted; more with `TRACKWRIGHT_RUNS`.
 #[cfg(unix)]
 fn runs() -> u32 {

@@ -32,8 +32,12 @@ fn scratch_with(objects: &str) -> Scratch {
 #[test]
 fn explain_states_how_metal_is_evaluated() {
     let scratch = scratch_with(PLATE);
-    let words =
-        ["metal: plate: ", " triangles, an estimate: ", "by harmonic functions in ", "0.01 mm"];
+    let words = [
+        "metal: plate: ",
+        " triangles, its currents, at a skin depth of 0.82 mm",
+        "by harmonic functions in ",
+        "0.01 mm",
+    ];
     let explain = "simulate a.design.ron --mode motion --explain";
     scratch.notes_with(explain, &words);
     let scratch = scratch_with(&PLATE.replace("(300,", "(1100,"));

@@ -226,6 +226,67 @@ fn a_merge_replaces_its_own_table_alone() {
 }
 
 #[test]
+fn a_merge_is_an_output_like_any_other() {
+    let scratch = scratch(3, "");
+    scratch.succeed("sweep plan.sweep.ron -o out");
+    let expected = merged(&scratch, "out");
+    // What the sweep reads stays, by any name and whatever is requested.
+    std::os::unix::fs::symlink(scratch.path("room.env.ron"), scratch.path("link")).unwrap();
+    let room = scratch.read("room.env.ron");
+    for target in ["room.env.ron", "./room.env.ron", "link"] {
+        for option in ["", "--overwrite"] {
+            let error = scratch.fail(format!("sweep merge out -o {target} {option}"));
+            assert_has(&error, &["found a file that is read here"], target);
+        }
+    }
+    assert_eq!(scratch.read("room.env.ron"), room);
+    // A pipe gets the rows and stays a pipe.
+    let made = std::process::Command::new("mkfifo").arg(scratch.path("pipe")).status();
+    assert!(made.unwrap().success());
+    let pipe = scratch.path("pipe");
+    let reader = std::thread::spawn(move || fs::read(pipe).unwrap());
+    scratch.succeed("sweep merge out -o pipe");
+    assert_eq!(reader.join().unwrap(), expected);
+    assert!(!fs::metadata(scratch.path("pipe")).unwrap().is_file());
+    // What a dead process left of a plan goes.
+    scratch.write("out/.plan-x.tmp", "(vers");
+    scratch.succeed("sweep merge out -o rows.parquet --overwrite");
+    assert!(!scratch.has("out/.plan-x.tmp"));
+    let shard = &shards(&scratch, "out")[0];
+    let whole = fs::read(shard).unwrap();
+    fs::write(shard, &whole[..whole.len() - 9]).unwrap();
+    let error = scratch.fail("sweep merge out -o rows.parquet --overwrite");
+    let name = shard.file_name().unwrap().to_string_lossy().into_owned();
+    assert_has(&error, &[&name, "is damaged"], "merge");
+}
+
+#[test]
+fn a_plot_does_not_replace_its_table() {
+    let scratch = scratch(3, "");
+    scratch.succeed("sweep plan.sweep.ron -o out");
+    let expected = merged(&scratch, "out");
+    fs::create_dir(scratch.path("plots")).unwrap();
+    let link = scratch.path("plots/sweep.html");
+    std::os::unix::fs::symlink(scratch.path("rows.parquet"), link).unwrap();
+    scratch.fail_with("sweep plot rows.parquet -o plots", &["found a file that is read here"]);
+    assert_eq!(fs::read(scratch.path("rows.parquet")).unwrap(), expected);
+}
+
+#[test]
+fn a_plan_without_rows_may_change() {
+    let scratch = scratch(3, "");
+    scratch.succeed("sweep plan.sweep.ron -o out");
+    let old = scratch.read("out/plan.sweep.ron");
+    scratch.write("plan.sweep.ron", plan(4, ""));
+    fs::remove_dir_all(scratch.path("out")).unwrap();
+    fs::create_dir_all(scratch.path("out/locks")).unwrap();
+    scratch.write("out/plan.sweep.ron", old);
+    scratch.succeed("sweep plan.sweep.ron -o out");
+    scratch.succeed_with("sweep status out", &["8 of 8"]);
+    merged(&scratch, "out");
+}
+
+#[test]
 fn a_cluster_that_is_not_there_or_refuses_is_reported() {
     let scratch = scratch(5, "expected: false,");
     fs::create_dir(scratch.path("bin")).unwrap();

@@ -388,7 +388,11 @@ fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
         triangles: surface.map_or(0, |surface| surface.panels().len()),
         coarsened_from: surface.and_then(ClosedSurface::coarsened_from),
         model: *body.model(),
-        thin_wall: shape.and_then(|shape| shape.thinnest_wall()).filter(is_noted).copied(),
+        thin_wall: shape
+            .filter(|_| !matches!(body.model(), ResponseModel::Currents { .. }))
+            .and_then(|shape| shape.thinnest_wall())
+            .filter(is_noted)
+            .copied(),
     }
 }
 

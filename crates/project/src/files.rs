@@ -8,7 +8,7 @@ use super::paths::{FileId, extension_of, folder_of};
 use super::stamps::Stamps;
 use super::tool::{ReadTool, moved_body_text, read_tool};
 use super::world::World;
-use super::write::{Draft, remove_leftovers, write_error};
+use super::write::{Draft, is_own_stream, remove_leftovers, write_error};
 use super::written;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -206,7 +206,11 @@ impl Output<'_> {
     /// that could be lost.
     fn refused(&self) -> Option<Signature> {
         let length = std::fs::metadata(&self.file).ok().filter(|m| m.is_file())?.len();
-        if self.files.is_overwriting || length == 0 || written::is_as_written(&self.file) {
+        if is_own_stream(&self.file)
+            || self.files.is_overwriting
+            || length == 0
+            || written::is_as_written(&self.file)
+        {
             return None;
         }
         let mut beginning = Vec::new();

@@ -58,10 +58,15 @@ fn followed(file: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("the link leads to itself"))
 }
 
+/// Names of the standard output, then of the standard error.
+const STREAMS: [&str; 6] =
+    ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "/dev/stderr", "/dev/fd/2", "/proc/self/fd/2"];
+
 /// Whether a name is of an open file of this process, such as its standard output.
-fn is_own_stream(file: &Path) -> bool {
-    let streams = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc/self/fd"];
-    streams.iter().any(|stream| file.starts_with(stream))
+pub(super) fn is_own_stream(file: &Path) -> bool {
+    let folders = ["/dev/fd", "/proc/self/fd"];
+    STREAMS.iter().any(|stream| file == Path::new(stream))
+        || folders.iter().any(|folder| file.starts_with(folder))
 }
 
 /// A whole file beside the one that it replaces; what is no plain file was written to as it is.
@@ -82,8 +87,12 @@ impl Draft {
         let before = fs::metadata(&file).ok();
         let is_stream = is_own_stream(&file);
         if is_stream || before.as_ref().is_some_and(|m| !m.is_file()) {
-            // What a shell has put at a stream's place is written on, not replaced.
-            let open = File::options().write(true).append(is_stream).open(&file)?;
+            // What a shell has put at a stream's place is written on where the others are.
+            let open: Box<dyn Write> = match STREAMS.iter().position(|own| file == Path::new(own)) {
+                Some(k) if k < 3 => Box::new(io::stdout()),
+                Some(_) => Box::new(io::stderr()),
+                None => Box::new(File::options().write(true).append(is_stream).open(&file)?),
+            };
             let mut out = BufWriter::new(open);
             write(&mut out)?;
             out.flush()?;
