@@ -209,7 +209,7 @@ fn standard_output_is_written_on() {
     let all = scratch.read("all.txt");
     let lines: Vec<&str> = all.lines().collect();
     assert_eq!((lines[0], lines[lines.len() - 1]), ("before", "after"));
-    assert!(lines[1].starts_with("true_x,") && all.contains("tip error"), "{all}");
+    assert!(lines[1].starts_with("true_x,") && all.contains("\ntrials  "), "{all}");
 }
 
 #[test]

@@ -258,12 +258,11 @@ impl Furnisher {
                 })
             }
         };
-        let models: Vec<ResponseModel> = objects.iter().map(|object| object.model).collect();
         let report =
             FurnishReport { evaluation, objects, exchange: room.exchange(), is_added_to_errors };
         let environment = Environment {
             model: DistortionModel::of_source(source, MapKind::Distortion, *bounds),
-            metal: Some(computed(metal, &models, &bare.model)),
+            metal: Some(computed(metal, &bare.model)),
             ..Environment::clone(bare)
         };
         Ok(Furnished { environment: Arc::new(environment), room: Some(room), report })

@@ -1,7 +1,6 @@
 //! How far the computed errors of metal may be off: by what is not known of its material, and by the
 //! solution.
 
-use crate::body::ResponseModel;
 use crate::harmonics::TOLERANCE_MM;
 use crate::material::Material;
 use crate::setup::{MetalObject, ObjectShape, RoomMetal};
@@ -21,35 +20,14 @@ const PERMEABILITY_LOG_STD: f64 = 0.7;
 /// 1 to 3 % a panel's size and less from a surface (`docs/methods/metal.md`).
 const SOLUTION_STD: f64 = 0.02;
 
-/// Standard deviations from the middle to the end of an interval of 95 %.
-const NORMAL_95: f64 = 1.96;
-
 /// The errors of a room's metal beside the bare room.
-pub(crate) fn computed(
-    metal: &RoomMetal,
-    models: &[ResponseModel],
-    bare: &DistortionModel,
-) -> ComputedMetal {
-    let each =
-        metal.objects.iter().zip(models).map(|(object, model)| {
-            material_std(object, metal.frequency_hz).hypot(estimate_std(model))
-        });
+pub(crate) fn computed(metal: &RoomMetal, bare: &DistortionModel) -> ComputedMetal {
+    let each = metal.objects.iter().map(|object| material_std(object, metal.frequency_hz));
     ComputedMetal {
         bare: bare.clone(),
         material_std: each.fold(0.0, f64::max),
         solution_std: SOLUTION_STD,
         position_std_mm: TOLERANCE_MM,
-    }
-}
-
-/// Standard deviation of the logarithm of an estimated response: the limit that it is a part of is the end of its
-/// interval.
-fn estimate_std(model: &ResponseModel) -> f64 {
-    match model {
-        ResponseModel::ScaledBySphere { factor, .. } if *factor > 0.0 => {
-            (1.0 / factor).ln().max(0.0) / NORMAL_95
-        }
-        _ => 0.0,
     }
 }
 

@@ -161,7 +161,9 @@ pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<Row> {
     rows.push(count("", "trials", figures.trials));
     rows.push(text("", "worst trial", trial_number(figures.worst.trial)));
     rows.push(count("", figures.outside_label(), figures.outside));
-    rows.push(count("", IN_METAL, figures.in_metal).shown_if(figures.in_metal > 0));
+    if figures.in_metal > 0 {
+        rows.push(count("", IN_METAL, figures.in_metal));
+    }
     rows.push(count("", "trials with a sensor out of the volume", figures.out_of_volume));
     if figures.rejected > 0 {
         rows.push(count("", "trials left out", figures.rejected));

@@ -49,7 +49,7 @@ const POSES: &str = "poses in the tracker's cube, a plate 700 mm beside its midd
 pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
     bench.family.charted = POSES.to_owned();
     bench.family.about = format!(
-        "An aluminium plate of 200 x 200 x 10 mm at 10 kHz among the nine dipoles of planar-nine. Moved: \
+        "A ferrite plate of 200 x 200 x 10 mm at 10 kHz among the nine dipoles of planar-nine. Moved: \
          the time of a move and of the fields at {} places, on all threads; the error is the largest \
          difference of a position that is reported there from that by {} triangles at most. Poses: \
          read on all threads, with what was sampled, fitted and solved made beforehand; the error is \
@@ -67,7 +67,7 @@ fn furnished(most: usize, at: Pose, task: &Task) -> Result<Furnished, Box<dyn Er
     let plate = MetalObject {
         name: "plate".to_owned(),
         shape: ObjectShape::Cuboid { size_mm: Vector3::new(200.0, 200.0, 10.0) },
-        material: ObjectMaterial::Named("aluminium"),
+        material: ObjectMaterial::Named("ferrite"),
         tracker_from_object: at,
         most_triangles: most,
     };

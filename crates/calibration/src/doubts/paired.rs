@@ -207,8 +207,8 @@ impl PairedDoubts {
         let of_all = in_order::lag(&compared, self.content, stride)
             .or_else(|| parts::moved(&near, self.content))
             .or_else(|| sensor::of_sensor(&compared, self.content))
-            .or_else(|| piece::in_one_piece(&near, self.content))
-            .or_else(|| in_order::change(&compared, self.content));
+            .or_else(|| in_order::change(&compared, self.content))
+            .or_else(|| piece::in_one_piece(&near, self.content));
         found.extend(of_all);
         found
     }

@@ -18,7 +18,8 @@ use trackwright_field::samples::{
 /// Cells of the table at which a piece may begin and end.
 const CELLS: usize = 100;
 
-/// Part of the effect's square that place and axis have to leave: along a path a piece is a place.
+/// Part of the piece itself, and of the effect's square, that place and axis have to leave: along a path, and in a
+/// grid that is measured line by line, a piece is a place, and what the polynomials miss of the field is an effect.
 const LEAST_OWN_PART: f64 = 0.3;
 
 /// Part of the RMS of what is left from which an effect is reported, and what it moves all rows by in the mean.
@@ -99,6 +100,9 @@ struct Sums {
     with_basis: DMatrix<f64>,
     own: DMatrix<f64>,
     with_left: DVector<f64>,
+    /// Of the basis with the rows themselves, and of their weights.
+    of_rows: DVector<f64>,
+    weight: f64,
 }
 
 /// The piece in which effects of their own explain most, as rows, and the part of the squares that is left.
@@ -116,12 +120,18 @@ fn best_piece(of_field: &OfField, effects: &[Effect]) -> Option<(std::ops::Range
         with_basis: DMatrix::zeros(basis.ncols(), 3 * number),
         own: DMatrix::zeros(number, number),
         with_left: DVector::zeros(number),
+        of_rows: DVector::zeros(basis.ncols()),
+        weight: 0.0,
     }];
     let edge = |cell: usize| cell * count / CELLS;
     for cell in 0..CELLS {
         let mut sum = sums[cell].clone();
         let (first, rows) = (edge(cell), edge(cell + 1) - edge(cell));
         let of_cell = |all: &DMatrix<f64>| all.rows(first, rows).into_owned();
+        for i in first..first + rows {
+            sum.of_rows += basis.row(i).transpose() * roots[i];
+            sum.weight += roots[i] * roots[i];
+        }
         for (a, effect) in effects.iter().enumerate() {
             let own = of_cell(effect);
             let mut with_basis = sum.with_basis.columns_mut(3 * a, 3);
@@ -141,6 +151,10 @@ fn best_piece(of_field: &OfField, effects: &[Effect]) -> Option<(std::ops::Range
         let beside = DMatrix::from_fn(number, number, |a, b| {
             of_effects[(a, b)] - with_basis.columns(3 * a, 3).dot(&with_basis.columns(3 * b, 3))
         });
+        let explained = (&to.of_rows - &from.of_rows).norm_squared();
+        if (to.weight - from.weight) * (1.0 - LEAST_OWN_PART) < explained {
+            return None;
+        }
         let is_own = (0..number).all(|k| beside[(k, k)] > LEAST_OWN_PART * of_effects[(k, k)]);
         let by = is_own.then(|| beside.cholesky())??.solve(&with_left);
         Some(by.dot(&with_left))

@@ -30,7 +30,7 @@ pub fn estimated_metal(report: &FurnishReport) -> Vec<String> {
     let estimated = report.objects.iter().filter(|object| object.model.is_estimate());
     let words = |object: &ObjectReport| {
         format!(
-            "{}: {}; the intervals reach to that limit",
+            "{}: {}; what it does may be up to that limit, which no interval includes",
             object.name,
             model_words(&object.model)
         )
