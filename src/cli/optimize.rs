@@ -232,16 +232,24 @@ fn search(args: &OptimizeArgs, problem: &Problem) -> anyhow::Result<(Optimized, 
 /// Nothing of the search is left to be kept, and what is written is whole or not at all.
 static IS_OVER: AtomicBool = AtomicBool::new(false);
 
+#[expect(
+    clippy::disallowed_methods,
+    reason = "whoever writes may wait for a pipe's reader for ever"
+)]
+fn give_up() -> ! {
+    std::process::exit(super::INTERRUPTED.into())
+}
+
 /// The first signal keeps the best so far; another one gives up, and so does one after the search.
 fn end_at_signals(enough: CancelToken, cancel: CancelToken) -> anyhow::Result<()> {
     let mut signals = 0;
     ctrlc::set_handler(move || {
         signals += 1;
         match signals {
-            _ if IS_OVER.load(Ordering::Relaxed) => std::process::exit(super::INTERRUPTED.into()),
+            _ if IS_OVER.load(Ordering::Relaxed) => give_up(),
             1 => enough.cancel(),
             2 => cancel.cancel(),
-            _ => std::process::exit(super::INTERRUPTED.into()),
+            _ => give_up(),
         }
     })
     .context("Ctrl+C cannot be listened for")

@@ -128,9 +128,9 @@ fn best_piece(of_field: &OfField, effects: &[Effect]) -> Option<(std::ops::Range
         let mut sum = sums[cell].clone();
         let (first, rows) = (edge(cell), edge(cell + 1) - edge(cell));
         let of_cell = |all: &DMatrix<f64>| all.rows(first, rows).into_owned();
-        for i in first..first + rows {
-            sum.of_rows += basis.row(i).transpose() * roots[i];
-            sum.weight += roots[i] * roots[i];
+        for (i, root) in roots.iter().enumerate().skip(first).take(rows) {
+            sum.of_rows += basis.row(i).transpose() * *root;
+            sum.weight += root * root;
         }
         for (a, effect) in effects.iter().enumerate() {
             let own = of_cell(effect);

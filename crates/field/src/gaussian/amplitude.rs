@@ -111,8 +111,9 @@ impl Amplitude {
         let half = self.half_mm.iter();
         let half = half.copied().find(|h| length_above_zero_problem(*h).is_some());
         half.map(|h| ("amplitude.half_mm", h)).or_else(|| {
-            let beyond =
-                |values: &[f64], most: f64| values.iter().copied().find(|v| !(v.abs() <= most));
+            let beyond = |values: &[f64], most: f64| {
+                values.iter().copied().find(|v| v.is_nan() || v.abs() > most)
+            };
             let center = beyond(&self.center_mm, 1e6).map(|v| ("amplitude.center_mm", v));
             // Of an exponent: fields that differ by more than e¹⁵ from place to place are none.
             center
