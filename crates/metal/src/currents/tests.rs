@@ -158,8 +158,8 @@ fn discs_answer_as_rings() {
 fn rods_along_the_field_answer_as_rings() {
     // Where a skin depth has a ring and a half at least.
     assert_alike(&[
-        (10.0, 100.0, Rings::of_rod(10.0, 100.0, 12, 60), 1.25),
-        (5.0, 50.0, Rings::of_rod(5.0, 50.0, 12, 60), 0.625),
+        (10.0, 100.0, Rings::of_rod(10.0, 100.0, 10, 40), 1.5),
+        (5.0, 50.0, Rings::of_rod(5.0, 50.0, 10, 40), 0.75),
     ]);
 }
 
