@@ -50,6 +50,9 @@ pub struct ExchangeReport {
     pub change: f64,
 }
 
+/// Unknowns of a body, or its currents about each axis.
+pub(crate) type Sources = Vec<Mat<f64>>;
+
 /// A body that answers, about its own frame.
 #[derive(Clone, Debug)]
 pub(crate) enum Answer {
@@ -167,13 +170,21 @@ impl Answer {
         self.sampled(count, smooth_mm, row, task)
     }
 
-    /// Adds the fields of unknowns, a column a coil, at a point outside, in the body's frame.
-    pub fn add_fields(&self, unknowns: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+    /// What the field of unknowns is of, which all points have in common.
+    pub fn sources(&self, unknowns: Mat<f64>) -> Sources {
+        match self {
+            Self::Currents { body, .. } => body.currents(&unknowns),
+            _ => vec![unknowns],
+        }
+    }
+
+    /// Adds the fields of sources, a column a coil, at a point outside, in the body's frame.
+    pub fn add_fields(&self, sources: &Sources, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
         match self {
             Self::None => {}
-            Self::Sphere(sphere) => sphere.add_fields(unknowns, p, fields),
-            Self::Surface { body, .. } => body.add_fields(unknowns, p, fields),
-            Self::Currents { body, .. } => body.add_fields(unknowns, p, fields),
+            Self::Sphere(sphere) => sphere.add_fields(&sources[0], p, fields),
+            Self::Surface { body, .. } => body.add_fields(&sources[0], p, fields),
+            Self::Currents { body, .. } => body.add_fields(sources, p, fields),
         }
     }
 

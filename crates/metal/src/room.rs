@@ -6,7 +6,9 @@ mod placed;
 pub use placed::PlacedBody;
 
 use crate::body::{MetalShape, ResponseModel};
-use crate::exchange::{Answer, CoilField, ExchangeError, ExchangeReport, coupling_size, exchange};
+use crate::exchange::{
+    Answer, CoilField, ExchangeError, ExchangeReport, Sources, coupling_size, exchange,
+};
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -39,8 +41,8 @@ pub struct MetalRoom {
     answers: Vec<Arc<Answer>>,
     normal_fields: Vec<Arc<Mat<f64>>>,
     couplings: Vec<Vec<Option<Arc<Mat<f64>>>>>,
-    /// Of each body: a column a coil.
-    unknowns: Vec<Mat<f64>>,
+    /// Of each body, what its field is of.
+    sources: Vec<Sources>,
     exchange: ExchangeReport,
 }
 
@@ -227,6 +229,8 @@ impl MetalRoom {
             };
         }
         let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings, task)?;
+        let each = answers.iter().zip(unknowns);
+        let sources = each.map(|(answer, unknowns)| answer.sources(unknowns)).collect();
         task.step(1, 1)?;
         Ok(Self {
             generator,
@@ -236,7 +240,7 @@ impl MetalRoom {
             answers,
             normal_fields,
             couplings,
-            unknowns,
+            sources,
             exchange,
         })
     }
@@ -294,7 +298,7 @@ impl MetalRoom {
                 return Err(PointError::InMetal(index));
             }
             fields.fill(Vector3::zeros());
-            self.answers[index].add_fields(&self.unknowns[index], &in_body, &mut fields);
+            self.answers[index].add_fields(&self.sources[index], &in_body, &mut fields);
             for (sum, field) in disturbance.iter_mut().zip(&fields) {
                 *sum += placed.tracker_from_body.rotation * field;
             }

@@ -11,6 +11,7 @@
 
 mod alone;
 mod beside_field;
+mod effects;
 mod in_order;
 mod input;
 mod mistake;

@@ -6,13 +6,12 @@
 //! Information Theory 28, 1982, with the field in the place of the two means).
 
 use super::beside_field::{CUBIC_PLACE_TERMS, Effect, basis, field_terms};
+use super::effects::{LEAST_MM, LEAST_RAD, effects, errors};
 use super::mistake::Mistake;
 use super::{Explained, Part, Suspicion};
 use crate::robust::median;
 use nalgebra::{DMatrix, DVector, Vector3};
-use trackwright_field::samples::{
-    MapKind, Measurement, MeasurementContent, MeasurementSet, PoseError,
-};
+use trackwright_field::samples::{Measurement, MeasurementContent};
 
 /// A row is far where its sides differ by more than this and by so many times what the better quarter of the rows
 /// do: good tables have 50 mm and 19 times at most.
@@ -54,10 +53,9 @@ const SOME_PART_OF_ONE: f64 = 0.15;
 const MANY_ROWS: usize = 500;
 const LEAST_ROWS: usize = 200;
 
-/// Effects that move all rows by less in the mean are not reported: a few rows that differ by little are outliers,
-/// and change no room. One that moves its group by more than the second number is large.
-const LEAST_MM: [f64; 2] = [0.2, 20.0];
-const LEAST_RAD: [f64; 2] = [0.008, 0.7];
+/// An effect that moves its group by more than this is large.
+const LARGE_MM: f64 = 20.0;
+const LARGE_RAD: f64 = 0.7;
 
 /// Turns at most, and the parts of the rows that a group may be at the start.
 const MOST_TURNS: usize = 12;
@@ -155,39 +153,14 @@ pub(super) fn moved(rows: Rows, content: MeasurementContent) -> Option<Suspicion
     let measurements: Vec<Measurement> = rows.iter().map(|(_, m)| *m).collect();
     let terms = field_terms(&measurements, content, CUBIC_PLACE_TERMS, false)?;
     let beside = Beside::new(&terms)?;
-    let set = MeasurementSet { measurements, content };
-    let errors: Vec<PoseError> =
-        set.samples(MapKind::Distortion).samples.iter().map(|s| s.error).collect();
-    let positions = matrix(errors.iter().map(|e| e.position_mm));
-    let rotations = matrix(errors.iter().map(|e| e.rotation_rad));
-    let of = |direction: &dyn Fn(&Measurement) -> Vector3<f64>| -> Effect {
-        set.measurements.iter().map(direction).collect()
-    };
-    let along = |axis: usize| of(&move |m| m.tracker_from_ideal.rotation * Vector3::ith(axis, 1.0));
-    let constant = |axis: usize| of(&move |_| Vector3::ith(axis, 1.0));
-    let mut groups = vec![
-        group(
-            &beside,
-            &positions,
-            &[of(&|m| m.tracker_from_ideal.translation.vector)],
-            LEAST_MM,
-            |by| Mistake::Scale(1.0 + by[0]),
-        ),
-        group(&beside, &positions, &[0, 1, 2].map(constant), LEAST_MM, |by| Mistake::Frame {
-            angle_rad: 0.0,
-            shift: Vector3::new(by[0], by[1], by[2]).norm(),
-        }),
-        exchanged(&beside, &positions),
-    ];
-    if content != MeasurementContent::PositionOnly {
-        groups.push(group(&beside, &positions, &[along(2)], LEAST_MM, |by| {
-            Mistake::SensorOffset { offset_mm: [0.0, 0.0, by[0]], standard_error_mm: None }
-        }));
-        groups.push(group(&beside, &rotations, &[along(0), along(1)], LEAST_RAD, |by| {
-            Mistake::SensorTilt { angle_rad: by[0].hypot(by[1]) }
-        }));
-    }
-    let best = groups.into_iter().flatten().min_by(|a, b| a.left.total_cmp(&b.left))?;
+    let [positions, rotations] =
+        errors(&measurements, content).map(|errors| matrix(errors.into_iter()));
+    let groups = effects(&measurements, content).into_iter().map(|of| match of.of_angles {
+        false => group(&beside, &positions, &of.each, [LEAST_MM, LARGE_MM], of.mistake),
+        true => group(&beside, &rotations, &of.each, [LEAST_RAD, LARGE_RAD], of.mistake),
+    });
+    let groups = groups.chain([exchanged(&beside, &positions)]);
+    let best = groups.flatten().min_by(|a, b| a.left.total_cmp(&b.left))?;
     let count = best.members.len();
     let explained = Explained { before: best.before, after: best.after, is_certain: false };
     let part = Some(Part { count, of: rows.len(), first_row: rows[*best.members.first()?].0 + 1 });
@@ -434,8 +407,8 @@ fn exchanged(beside: &Beside, values: &DMatrix<f64>) -> Option<Group> {
             signs = now;
         }
         let sizes = (0..count).map(|k| 2.0 * norm(&fitted, k)).collect();
-        if let Some(found) =
-            (Split { with, without, sizes, left_before, is_of_signs: true }).group(LEAST_MM, 0)
+        if let Some(found) = (Split { with, without, sizes, left_before, is_of_signs: true })
+            .group([LEAST_MM, LARGE_MM], 0)
             && best.as_ref().is_none_or(|best| found.left < best.left)
         {
             best = Some(found);

@@ -6,14 +6,13 @@
 use super::beside_field::{
     CUBIC_PLACE_TERMS, Effect, Rows as OfField, STANDARD_ERRORS, field_terms,
 };
+use super::effects::{Effects, LEAST_MM, LEAST_RAD, effects, errors};
 use super::mistake::Mistake;
 use super::parts::{Rows, spread_sample};
 use super::{Explained, Part, Suspicion};
 use crate::robust::median;
 use nalgebra::{DMatrix, DVector, Vector3};
-use trackwright_field::samples::{
-    MapKind, Measurement, MeasurementContent, MeasurementSet, PoseError,
-};
+use trackwright_field::samples::{Measurement, MeasurementContent};
 
 /// Cells of the table at which a piece may begin and end.
 const CELLS: usize = 100;
@@ -22,75 +21,50 @@ const CELLS: usize = 100;
 /// grid that is measured line by line, a piece is a place, and what the polynomials miss of the field is an effect.
 const LEAST_OWN_PART: f64 = 0.3;
 
-/// Part of the RMS of what is left from which an effect is reported, and what it moves all rows by in the mean.
+/// Part of the RMS of what is left from which an effect is reported.
 const LEAST_OF_LEFT: f64 = 0.5;
-const LEAST_MM: f64 = 0.2;
-const LEAST_RAD: f64 = 0.008;
 
 /// Rows whose sides are exchanged have this part of the field with the other sign at least, and at most.
 const EXCHANGED: std::ops::Range<f64> = 0.6..1.4;
 
-/// What may be wrong with the rows of a piece.
-struct Kind {
-    errors: Effect,
-    effects: Vec<Effect>,
+/// Errors beside a smooth field, which all effects on them have in common.
+struct OfErrors {
+    of_field: OfField,
+    weighted: OfField,
+    basis: DMatrix<f64>,
     least: f64,
-    mistake: fn(&[f64]) -> Option<Mistake>,
+}
+
+impl OfErrors {
+    fn new(errors: Effect, terms: &[DVector<f64>], least: f64) -> Option<Self> {
+        let of_field = OfField::new(errors, terms.to_vec());
+        let weighted = of_field.weighted(&[])?;
+        let basis = weighted.basis()?;
+        Some(Self { of_field, weighted, basis, least })
+    }
 }
 
 pub(super) fn in_one_piece(rows: Rows, content: MeasurementContent) -> Option<Suspicion> {
     let rows = spread_sample(rows);
     let measurements: Vec<Measurement> = rows.iter().map(|(_, m)| *m).collect();
     let terms = field_terms(&measurements, content, CUBIC_PLACE_TERMS, false)?;
-    let found = kinds(&measurements, content, &terms)?.into_iter().filter_map(|kind| {
-        let of_field = OfField::new(kind.errors.clone(), terms.clone());
-        let (piece, left) = best_piece(&of_field, &kind.effects)?;
-        Some((suspicion(&rows, &of_field, &kind, piece)?, left))
+    let [positions, rotations] = errors(&measurements, content);
+    let positions = OfErrors::new(positions, &terms, LEAST_MM)?;
+    let rotations = OfErrors::new(rotations, &terms, LEAST_RAD)?;
+    let field = positions.weighted.fitted(&[])?;
+    let exchanged = Effects {
+        of_angles: false,
+        each: vec![field.iter().map(|error| error * -2.0).collect()],
+        mistake: |_| Mistake::Exchanged,
+    };
+    let all = effects(&measurements, content).into_iter().chain([exchanged]);
+    let found = all.filter_map(|effects| {
+        let of = if effects.of_angles { &rotations } else { &positions };
+        let (piece, left) = best_piece(of, &effects.each)?;
+        Some((suspicion(&rows, of, &effects, piece)?, left))
     });
     let (best, _) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(best)
-}
-
-fn kinds(
-    rows: &[Measurement],
-    content: MeasurementContent,
-    terms: &[DVector<f64>],
-) -> Option<Vec<Kind>> {
-    let set = MeasurementSet { measurements: rows.to_vec(), content };
-    let errors: Vec<PoseError> =
-        set.samples(MapKind::Distortion).samples.iter().map(|s| s.error).collect();
-    let positions: Effect = errors.iter().map(|e| e.position_mm).collect();
-    let of = |direction: &dyn Fn(&Measurement) -> Vector3<f64>| -> Effect {
-        rows.iter().map(direction).collect()
-    };
-    let along = |axis: usize| of(&move |m| m.tracker_from_ideal.rotation * Vector3::ith(axis, 1.0));
-    let constant = |axis: usize| of(&move |_| Vector3::ith(axis, 1.0));
-    let field = OfField::new(positions.clone(), terms.to_vec()).weighted(&[])?.fitted(&[])?;
-    let of_positions =
-        |effects, mistake| Kind { errors: positions.clone(), effects, least: LEAST_MM, mistake };
-    let mut all = vec![
-        of_positions(vec![of(&|m| m.tracker_from_ideal.translation.vector)], |by| {
-            Some(Mistake::Scale(1.0 + by[0]))
-        }),
-        of_positions([0, 1, 2].map(constant).to_vec(), |by| {
-            Some(Mistake::Frame { angle_rad: 0.0, shift: Vector3::from_column_slice(by).norm() })
-        }),
-        of_positions(vec![field.iter().map(|e| e * -2.0).collect()], |by| {
-            EXCHANGED.contains(&by[0]).then_some(Mistake::Exchanged)
-        }),
-    ];
-    if content != MeasurementContent::PositionOnly {
-        all.push(of_positions(vec![along(2)], |by| {
-            Some(Mistake::SensorOffset { offset_mm: [0.0, 0.0, by[0]], standard_error_mm: None })
-        }));
-        all.push(Kind {
-            errors: errors.iter().map(|e| e.rotation_rad).collect(),
-            effects: vec![along(0), along(1)],
-            least: LEAST_RAD,
-            mistake: |by| Some(Mistake::SensorTilt { angle_rad: by[0].hypot(by[1]) }),
-        });
-    }
-    Some(all)
 }
 
 /// Sums over the rows before a cell: of the field's basis with each effect, of effects among themselves and with
@@ -106,14 +80,13 @@ struct Sums {
 }
 
 /// The piece in which effects of their own explain most, as rows, and the part of the squares that is left.
-fn best_piece(of_field: &OfField, effects: &[Effect]) -> Option<(std::ops::Range<usize>, f64)> {
+fn best_piece(of: &OfErrors, effects: &[Effect]) -> Option<(std::ops::Range<usize>, f64)> {
+    let OfErrors { of_field, weighted, basis, .. } = of;
     let count = of_field.errors.len();
-    let weighted = of_field.weighted(&[])?;
-    let basis = weighted.basis()?;
     let roots: Vec<f64> = weighted.weights().iter().map(|w| w.sqrt()).collect();
     let matrix = |rows: &[Vector3<f64>]| DMatrix::from_fn(count, 3, |i, c| roots[i] * rows[i][c]);
     let errors = matrix(&of_field.errors);
-    let left = &errors - &basis * basis.tr_mul(&errors);
+    let left = &errors - basis * basis.tr_mul(&errors);
     let effects: Vec<DMatrix<f64>> = effects.iter().map(|effect| matrix(effect)).collect();
     let number = effects.len();
     let mut sums = vec![Sums {
@@ -172,15 +145,16 @@ fn best_piece(of_field: &OfField, effects: &[Effect]) -> Option<(std::ops::Range
 
 fn suspicion(
     rows: Rows,
-    of_field: &OfField,
-    kind: &Kind,
+    of: &OfErrors,
+    made: &Effects,
     piece: std::ops::Range<usize>,
 ) -> Option<Suspicion> {
+    let of_field = &of.of_field;
     let of_piece = |(i, v): (usize, &Vector3<f64>)| {
         if piece.contains(&i) { *v } else { Vector3::zeros() }
     };
     let effects: Vec<Effect> =
-        kind.effects.iter().map(|of| of.iter().enumerate().map(of_piece).collect()).collect();
+        made.each.iter().map(|of| of.iter().enumerate().map(of_piece).collect()).collect();
     let (found, rms_left) = of_field.estimates(&effects)?;
     let norm = |value: &dyn Fn(usize) -> f64| {
         (0..found.len()).map(|k| value(k).powi(2)).sum::<f64>().sqrt()
@@ -193,8 +167,11 @@ fn suspicion(
     let rms = (squared / piece.len() as f64).sqrt();
     let is_it = norm(&|k| by[k]) > STANDARD_ERRORS * norm(&|k| found[k].standard_error)
         && rms > LEAST_OF_LEFT * rms_left
-        && rms * piece.len() as f64 > kind.least * rows.len() as f64;
-    let mistake = (kind.mistake)(&by).filter(|_| is_it)?;
+        && rms * piece.len() as f64 > of.least * rows.len() as f64;
+    let mistake = (made.mistake)(&by);
+    if !is_it || mistake == Mistake::Exchanged && !EXCHANGED.contains(&by[0]) {
+        return None;
+    }
     let fitted = of_field.weighted(&effects)?.fitted(&effects)?;
     let left = |i: usize| of_field.errors[i] - fitted[i];
     let typical =

@@ -318,12 +318,12 @@ impl CurrentBody {
         &self.shape
     }
 
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.shape.stacks.iter().map(Stack::unknowns).sum()
     }
 
     /// The layers' triangles, in the body's frame: where the field across them is taken.
-    pub fn samples(&self) -> Vec<Panel> {
+    pub(crate) fn samples(&self) -> Vec<Panel> {
         let of = |stack: &Stack| {
             let moved = |panel: &Panel| {
                 Panel::new(panel.corners_mm().map(|corner| stack.body_from_stack * corner))
@@ -334,7 +334,7 @@ impl CurrentBody {
     }
 
     /// Stream functions that answer the mean field across each sample; a column a coil.
-    pub fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+    pub(crate) fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
         let coils = normal_field.ncols();
         let mut all: Mat<f64> = Mat::zeros(self.count(), coils);
         let (mut first_row, mut first_sample) = (0, 0);
@@ -360,35 +360,44 @@ impl CurrentBody {
         all
     }
 
-    /// Adds the fields of stream functions at a point outside, in the body's frame; one field a coil.
-    pub fn add_fields(&self, stream: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
-        let coils = fields.len();
+    /// The currents of stream functions: of each axis two columns a coil, the components of the sheet current.
+    pub(crate) fn currents(&self, stream: &Mat<f64>) -> Vec<Mat<f64>> {
         let mut first_row = 0;
-        for stack in &self.shape.stacks {
-            // Of each coil the two components of the current, as charges: the field of a current is its cross
-            // product with that of a charge.
-            let mut currents: Mat<f64> = Mat::zeros(stack.panels.len(), 2 * coils);
+        let of_stack = |stack: &Stack| {
+            let mut currents: Mat<f64> = Mat::zeros(stack.panels.len(), 2 * stream.ncols());
             for (at, (triangle, first, free)) in stack.triangles().enumerate() {
-                for (node, gradient) in triangle.nodes.iter().zip(&triangle.gradients) {
-                    if *node >= free {
-                        continue;
-                    }
-                    for coil in 0..coils {
+                let corners = triangle.nodes.iter().zip(&triangle.gradients);
+                for (node, gradient) in corners.filter(|of| *of.0 < free) {
+                    for coil in 0..stream.ncols() {
                         let value = stream[(first_row + first + node, coil)];
                         currents[(at, 2 * coil)] += gradient.y * value;
                         currents[(at, 2 * coil + 1)] -= gradient.x * value;
                     }
                 }
             }
+            first_row += stack.unknowns();
+            currents
+        };
+        self.shape.stacks.iter().map(of_stack).collect()
+    }
+
+    /// Adds the fields of [`Self::currents`] at a point outside, in the body's frame; one field a coil.
+    pub(crate) fn add_fields(
+        &self,
+        currents: &[Mat<f64>],
+        p: &Point3<f64>,
+        fields: &mut [Vector3<f64>],
+    ) {
+        for (stack, currents) in self.shape.stacks.iter().zip(currents) {
             let in_stack = stack.body_from_stack.inverse_transform_point(p);
-            let mut sums = vec![Vector3::zeros(); 2 * coils];
-            stack.lanes.add_fields(&stack.panels, &currents, &in_stack, &mut sums);
-            for (coil, field) in fields.iter_mut().enumerate() {
-                let (x, y) = (sums[2 * coil], sums[2 * coil + 1]);
+            let mut sums = vec![Vector3::zeros(); 2 * fields.len()];
+            // The field of a current is its cross product with that of a charge.
+            stack.lanes.add_fields(&stack.panels, currents, &in_stack, &mut sums);
+            for (field, sums) in fields.iter_mut().zip(sums.chunks_exact(2)) {
+                let (x, y) = (sums[0], sums[1]);
                 let own = Vector3::new(y.z, -x.z, x.y - y.x);
                 *field += stack.body_from_stack * own / FULL_ANGLE;
             }
-            first_row += stack.unknowns();
         }
     }
 
@@ -415,24 +424,5 @@ impl CurrentBody {
             }
             first_row += stack.unknowns();
         }
-    }
-
-    /// The moment of stream functions, in the body's frame; a column a coil.
-    pub fn moments(&self, stream: &Mat<f64>) -> Vec<Vector3<f64>> {
-        let mut moments = vec![Vector3::zeros(); stream.ncols()];
-        let mut first_row = 0;
-        for stack in &self.shape.stacks {
-            let axis = stack.body_from_stack * Vector3::z();
-            for (triangle, first, free) in stack.triangles() {
-                for node in triangle.nodes.into_iter().filter(|node| *node < free) {
-                    for (coil, moment) in moments.iter_mut().enumerate() {
-                        let value = stream[(first_row + first + node, coil)];
-                        *moment += axis * (value * triangle.area_mm2 / 3.0);
-                    }
-                }
-            }
-            first_row += stack.unknowns();
-        }
-        moments
     }
 }
