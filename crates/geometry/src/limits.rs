@@ -7,8 +7,9 @@ pub const MAX_LENGTH_MM: f64 = 1e6;
 /// Largest angle in degrees, either way: ten turns.
 pub const MAX_ANGLE_DEG: f64 = 3600.0;
 
-/// From here on numbers in messages have an exponent.
+/// Beyond these sizes numbers in messages have an exponent.
 const LONG: f64 = 1e16;
+const TINY: f64 = 1e-9;
 
 /// What was expected of the coordinates of a position, in millimetres; `None` where they are fine.
 pub fn position_problem<'a>(
@@ -53,12 +54,20 @@ fn too_long(length_mm: f64) -> Option<&'static str> {
 
 /// A number for a message: `1e308`, not three hundred digits.
 pub fn short(value: f64) -> String {
-    if value.is_finite() && value.abs() >= LONG { format!("{value:e}") } else { value.to_string() }
+    let is_long = value != 0.0 && value.is_finite() && !(TINY..LONG).contains(&value.abs());
+    if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_messages_are_short() {
+        for (value, text) in [(0.0, "0"), (2.5, "2.5"), (-1e-300, "-1e-300"), (1e308, "1e308")] {
+            assert_eq!(short(value), text);
+        }
+    }
 
     #[test]
     fn a_kilometre_is_the_longest_length() {
