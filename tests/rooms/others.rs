@@ -409,7 +409,7 @@ fn rows_along_a_path_choose_a_larger_ridge() {
 }
 
 /// `cargo test --release --no-default-features --test main -- --ignored --nocapture rooms_of_others_page`,
-/// with `ROOMS=0..36` and `KIND=kriging`.
+/// with `ROOMS=0..36`, `KIND=kriging` and `SAMPLING=few`.
 #[test]
 #[ignore = "prints the figures of the method page, minutes of work"]
 #[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
@@ -419,10 +419,14 @@ fn rooms_of_others_page() {
     let (from, to) = range.split_once("..").unwrap();
     let seeds: Vec<u64> = (from.parse().unwrap()..to.parse().unwrap()).collect();
     let forced = std::env::var("KIND").ok();
+    let sampling = std::env::var("SAMPLING").ok();
     let found: Vec<_> = seeds
         .into_par_iter()
         .filter_map(|seed| {
             let made = made(seed);
+            if sampling.as_ref().is_some_and(|only| made.names[3] != only) {
+                return None;
+            }
             let start = std::time::Instant::now();
             let Some((environment, kind, each)) = fitted(&made.table, forced.as_deref()) else {
                 println!("{seed} {:?}: not fitted", made.names);

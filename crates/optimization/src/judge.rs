@@ -409,7 +409,7 @@ fn field<'a>(scenario: &'a Scenario, start: &Bodies) -> Option<FieldScatter<'a>>
             })
         })
         .collect();
-    let variances = process.posterior(&points).ok()?.unit_variance;
+    let variances = process.unit_variances(&points).ok()?;
     let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
     (mean > 0.0).then(|| FieldScatter::of(process, mean))
 }

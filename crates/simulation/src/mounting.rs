@@ -337,7 +337,10 @@ mod tests {
             (of_points(&LINE[..1]), "points has 1, expected at least two"),
             (of_points(&[]), "points has 0, expected at least two"),
             (of_points(&[LINE[0], LINE[1], LINE[1]]), "points[2] is (0, 0, 130), expected another"),
-            (of_points(&[[0.0; 3], [1e-200; 3]]), "points[1] is (0.000"),
+            (
+                of_points(&[[0.0; 3], [1e-200; 3]]),
+                "points[1] is (1e-200, 1e-200, 1e-200), expected another",
+            ),
             (of_points(&[LINE[0], far]), "points[1] is (0, 0, 2000000), expected coordinates"),
             (line(0.0), "radius is 0, expected a length above zero"),
             (line(f64::NAN), "radius is NaN, expected a length above zero"),

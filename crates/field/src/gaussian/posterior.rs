@@ -104,6 +104,13 @@ impl Conditioned {
         self.points.len()
     }
 
+    /// Variance at each pose that the rows leave, from 0 to the kernel's.
+    fn variances(&self, at: &[FieldPoint]) -> Vec<f64> {
+        let (_, explained) = self.at(at);
+        let left = |i| (self.kernel.variance() - explained.col(i).squared_norm_l2()).max(0.0);
+        (0..at.len()).map(left).collect()
+    }
+
     /// The mean, a row a pose, and `V = L⁻¹ K(rows, at)`: `V' V` is the covariance that the rows explain.
     pub fn at(&self, at: &[FieldPoint]) -> (Mat<f64>, Mat<f64>) {
         let across = self.kernel.matrix(&self.points, at);
@@ -151,6 +158,15 @@ impl GaussianField {
             log_amplitude: log_amplitude?,
             model_deviations: self.model_deviations(at),
         })
+    }
+
+    /// [`Posterior::unit_variance`] alone: linear in the poses.
+    ///
+    /// # Errors
+    /// [`GaussianError::NotPositiveDefinite`].
+    pub fn unit_variances(&self, at: &[FieldPoint]) -> Result<Vec<f64>, GaussianError> {
+        let given = Conditioned::new(self.kernel, &self.nearest(at), &self.amplitude)?;
+        Ok(given.variances(at))
     }
 
     /// The rows that are most informative at some poses, in the table's order.

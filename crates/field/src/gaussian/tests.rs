@@ -105,6 +105,17 @@ fn far_from_all_rows_nothing_is_known() {
 }
 
 #[test]
+fn variances_alone_are_those_of_draws() {
+    let field = fitted(&drawn_samples(300, 3));
+    let at = points(40, &room(), 2);
+    let (alone, of_draws) =
+        (field.unit_variances(&at).unwrap(), field.posterior(&at).unwrap().unit_variance);
+    for (alone, of_draws) in alone.iter().zip(&of_draws) {
+        assert!((alone - of_draws).abs() < 1e-9);
+    }
+}
+
+#[test]
 fn at_a_row_the_field_is_what_was_measured() {
     let set = drawn_samples(200, 3);
     let field = GaussianField { kernel: Kernel { nugget: 1e-8, ..known_kernel() }, ..fitted(&set) };

@@ -8,6 +8,7 @@ use crate::metric::Metric;
 use crate::plan::Plan;
 use crate::run::{StudyError, check};
 use crate::scenario::{InputTrial, Mode, Scenario};
+use crate::spread::spread;
 use crate::trial::Simulator;
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -24,8 +25,9 @@ use trackwright_task::CancelToken;
 const TIMES: [usize; 5] = [2, 4, 8, 16, 32];
 
 /// Trials at whose sensors the field is looked at: the 400 measurements that a query is given then are
-/// some 10 a sensor pose even where there are many more.
+/// some 10 a sensor pose even where there are many more. Of many sensors some are looked at.
 const TRIALS: usize = 12;
+const MOST_POINTS: usize = 180;
 
 const SEED: u64 = 22;
 
@@ -116,14 +118,18 @@ pub fn shrinking(
     let some = plan.spread(TRIALS);
     let trials: Vec<InputTrial> = some.iter().map(|&i| plan.trial(scenario, i)).collect();
     let drawn = DrawnTrials::new(&simulator, environment, trials).ok_or(ExpectedError::Markers)?;
+    let all = drawn.points();
+    let points: Vec<FieldPoint> = match all.len() <= MOST_POINTS {
+        true => all.to_vec(),
+        false => spread(all.len(), MOST_POINTS).map(|i| all[i]).collect(),
+    };
     let std_with = |rows: Vec<Row>| -> Result<f64, ExpectedError> {
         if cancel.is_cancelled() {
             return Err(StudyError::Cancelled.into());
         }
         let given = GaussianField { rows, ..process.clone() };
-        let posterior = given.posterior(drawn.points()).map_err(ExpectedError::Process)?;
-        let variance: f64 = posterior.unit_variance.iter().sum();
-        Ok((variance / posterior.unit_variance.len() as f64).sqrt())
+        let variances = given.unit_variances(&points).map_err(ExpectedError::Process)?;
+        Ok((variances.iter().sum::<f64>() / variances.len() as f64).sqrt())
     };
     let now = std_with(process.rows.clone())?;
     let count = process.rows.len();
