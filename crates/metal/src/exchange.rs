@@ -7,9 +7,8 @@
 
 use crate::body::Solver;
 use crate::boundary::BoundaryBody;
-use crate::currents::CurrentBody;
 use crate::mixing::Mixing;
-use crate::panel::{FULL_ANGLE, Panel};
+use crate::panel::Panel;
 use crate::sphere::multipoles::SphereBody;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -50,25 +49,12 @@ pub struct ExchangeReport {
     pub change: f64,
 }
 
-/// Unknowns of a body, or its currents about each axis.
-pub(crate) type Sources = Vec<Mat<f64>>;
-
 /// A body that answers, about its own frame.
 #[derive(Clone, Debug)]
 pub(crate) enum Answer {
     None,
     Sphere(SphereBody),
-    /// The charges of the limit, times a factor.
-    Surface {
-        body: Arc<BoundaryBody>,
-        factor: f64,
-    },
-    /// Of loops of currents.
-    Currents {
-        body: Arc<CurrentBody>,
-        /// The triangles of its layers.
-        samples: Arc<[Panel]>,
-    },
+    Surface(Arc<BoundaryBody>),
 }
 
 impl Answer {
@@ -81,12 +67,7 @@ impl Answer {
                     crate::sphere::multipoles::degree_for(response.radius_mm(), nearest_mm);
                 Self::Sphere(SphereBody::new(response, degree))
             }
-            Solver::Surface { body, factor } => {
-                Self::Surface { body: Arc::clone(body), factor: *factor }
-            }
-            Solver::Currents(body) => {
-                Self::Currents { body: Arc::clone(body), samples: body.samples().into() }
-            }
+            Solver::Surface(body) => Self::Surface(Arc::clone(body)),
         }
     }
 
@@ -95,13 +76,7 @@ impl Answer {
         match (self, other) {
             (Self::None, Self::None) => true,
             (Self::Sphere(one), Self::Sphere(other)) => one == other,
-            (
-                Self::Surface { body: one, factor },
-                Self::Surface { body: other, factor: other_factor },
-            ) => Arc::ptr_eq(one, other) && factor == other_factor,
-            (Self::Currents { body: one, .. }, Self::Currents { body: other, .. }) => {
-                Arc::ptr_eq(one, other)
-            }
+            (Self::Surface(one), Self::Surface(other)) => Arc::ptr_eq(one, other),
             _ => false,
         }
     }
@@ -110,8 +85,7 @@ impl Answer {
     pub(crate) fn panels(&self) -> &[Panel] {
         match self {
             Self::None | Self::Sphere(_) => &[],
-            Self::Surface { body, .. } => body.surface().panels(),
-            Self::Currents { samples, .. } => samples,
+            Self::Surface(body) => body.surface().panels(),
         }
     }
 
@@ -119,8 +93,7 @@ impl Answer {
         match self {
             Self::None => 0,
             Self::Sphere(sphere) => sphere.directions().len(),
-            Self::Surface { body, .. } => body.surface().panels().len(),
-            Self::Currents { samples, .. } => samples.len(),
+            Self::Surface(body) => body.surface().panels().len(),
         }
     }
 
@@ -128,8 +101,7 @@ impl Answer {
         match self {
             Self::None => 0,
             Self::Sphere(sphere) => sphere.terms(),
-            Self::Surface { body, .. } => body.surface().panels().len(),
-            Self::Currents { body, .. } => body.count(),
+            Self::Surface(body) => body.unknowns(),
         }
     }
 
@@ -138,8 +110,7 @@ impl Answer {
         match self {
             Self::None => Mat::zeros(0, normal_field.ncols()),
             Self::Sphere(sphere) => sphere.moments(normal_field.as_ref()),
-            Self::Surface { body, factor } => body.charges(normal_field) * faer::Scale(*factor),
-            Self::Currents { body, .. } => body.answer(normal_field),
+            Self::Surface(body) => body.answer(normal_field),
         }
     }
 
@@ -171,20 +142,19 @@ impl Answer {
     }
 
     /// What the field of unknowns is of, which all points have in common.
-    pub fn sources(&self, unknowns: Mat<f64>) -> Sources {
+    pub fn sources(&self, unknowns: Mat<f64>) -> Mat<f64> {
         match self {
-            Self::Currents { body, .. } => body.currents(&unknowns),
-            _ => vec![unknowns],
+            Self::Surface(body) => body.sources(&unknowns),
+            Self::None | Self::Sphere(_) => unknowns,
         }
     }
 
     /// Adds the fields of sources, a column a coil, at a point outside, in the body's frame.
-    pub fn add_fields(&self, sources: &Sources, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+    pub fn add_fields(&self, sources: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
         match self {
             Self::None => {}
-            Self::Sphere(sphere) => sphere.add_fields(&sources[0], p, fields),
-            Self::Surface { body, .. } => body.add_fields(&sources[0], p, fields),
-            Self::Currents { body, .. } => body.add_fields(sources, p, fields),
+            Self::Sphere(sphere) => sphere.add_fields(sources, p, fields),
+            Self::Surface(body) => body.add_fields(sources, p, fields),
         }
     }
 
@@ -199,11 +169,6 @@ impl Answer {
         task: &Task,
     ) -> Result<Mat<f64>, Cancelled> {
         let columns = source.unknowns();
-        if let (Self::Surface { body: target, .. }, Self::Surface { body: source, .. }) =
-            (self, source)
-        {
-            return coupling_of_surfaces(target, source, body_from_source, task);
-        }
         let source_from_body = body_from_source.inverse();
         let row = |points: &[Point3<f64>], normal: &Unit<Vector3<f64>>| {
             let normal = source_from_body.rotation * normal.into_inner();
@@ -221,7 +186,7 @@ impl Answer {
             // A sphere's field varies over the distance from it.
             match source {
                 Self::Sphere(sphere) => from_middle_mm - sphere.radius_mm(),
-                Self::None | Self::Surface { .. } | Self::Currents { .. } => from_middle_mm,
+                Self::None | Self::Surface(_) => from_middle_mm,
             }
         };
         self.sampled(columns, smooth_mm, row, task)
@@ -250,7 +215,7 @@ impl Answer {
                 .par_iter()
                 .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
                 .collect::<Result<_, _>>()?,
-            Self::Surface { .. } | Self::Currents { .. } => self
+            Self::Surface(_) => self
                 .panels()
                 .par_iter()
                 .map(|panel| row(&panel.rule_mm(smooth_mm(panel.center_mm())), panel.normal()))
@@ -260,44 +225,13 @@ impl Answer {
     }
 
     /// Calls `each` with every unknown and the field that a unit of it has at a point outside.
-    fn for_unit_fields(&self, p: &Point3<f64>, mut each: impl FnMut(usize, Vector3<f64>)) {
+    fn for_unit_fields(&self, p: &Point3<f64>, each: impl FnMut(usize, Vector3<f64>)) {
         match self {
             Self::None => {}
             Self::Sphere(sphere) => sphere.for_fields(p, each),
-            Self::Surface { body, .. } => {
-                for (unknown, panel) in body.surface().panels().iter().enumerate() {
-                    each(unknown, panel.field(p) / FULL_ANGLE);
-                }
-            }
-            Self::Currents { body, .. } => body.for_unit_fields(p, each),
+            Self::Surface(body) => body.for_unit_fields(p, each),
         }
     }
-}
-
-fn coupling_of_surfaces(
-    target: &BoundaryBody,
-    source: &BoundaryBody,
-    body_from_source: &Pose,
-    task: &Task,
-) -> Result<Mat<f64>, Cancelled> {
-    let panels = target.surface().panels();
-    let moved: Vec<Option<Panel>> = source
-        .surface()
-        .panels()
-        .iter()
-        .map(|panel| Panel::new(panel.corners_mm().map(|corner| body_from_source * corner)))
-        .collect();
-    let columns: Vec<Vec<f64>> = moved
-        .par_iter()
-        .map(|source| {
-            if task.cancel.is_cancelled() {
-                return Err(Cancelled);
-            }
-            let flux = |panel: &Panel| source.as_ref().map_or(0.0, |source| panel.flux_of(source));
-            Ok(panels.iter().map(|panel| flux(panel) / (panel.area_mm2() * FULL_ANGLE)).collect())
-        })
-        .collect::<Result<_, _>>()?;
-    Ok(Mat::from_fn(panels.len(), columns.len(), |i, j| columns[j][i]))
 }
 
 /// A generator, and where its wires are.

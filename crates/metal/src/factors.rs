@@ -1,4 +1,4 @@
-//! LU factors of a large dense matrix, by blocks of columns, so that they can be cancelled.
+//! LU factors of a large dense complex matrix, by blocks of columns, so that they can be cancelled.
 //!
 //! Right-looking, with partial pivoting in each block of columns (Golub and Van Loan, Matrix Computations,
 //! section 3.6). Blocks are updated on all threads, each by one of them: the factors do not depend on how
@@ -8,7 +8,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
     solve_unit_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Accum, Mat, MatMut, Par};
+use faer::{Accum, Mat, MatMut, Par, c64};
 use rayon::prelude::*;
 use trackwright_task::{Cancelled, Task};
 
@@ -16,12 +16,15 @@ use trackwright_task::{Cancelled, Task};
 /// tenth less.
 const BLOCK: usize = 128;
 
+const ZERO: c64 = c64::new(0.0, 0.0);
+const ONE: c64 = c64::new(1.0, 0.0);
+
 /// `P A = L U` of a square matrix.
 #[derive(Clone, Debug)]
 pub struct Factors {
     size: usize,
     /// `L` below the diagonal, without its ones, and `U`.
-    blocks: Vec<Mat<f64>>,
+    blocks: Vec<Mat<c64>>,
     /// The row of `A` that each row of `P A` is.
     rows: Vec<usize>,
 }
@@ -33,11 +36,11 @@ impl Factors {
     /// [`Cancelled`].
     pub fn new(
         size: usize,
-        entry: impl Fn(usize, usize) -> f64 + Sync,
+        entry: impl Fn(usize, usize) -> c64 + Sync,
         task: &Task,
     ) -> Result<Option<Self>, Cancelled> {
         let count = size.div_ceil(BLOCK);
-        let mut blocks: Vec<Mat<f64>> = (0..count)
+        let mut blocks: Vec<Mat<c64>> = (0..count)
             .into_par_iter()
             .map(|k| {
                 let first = k * BLOCK;
@@ -69,7 +72,7 @@ impl Factors {
                 let lower = own.as_ref().subrows(k * BLOCK, size - k * BLOCK);
                 let (corner, lower) = lower.split_at_row(own.ncols());
                 solve_unit_lower_triangular_in_place(corner, upper.as_mut(), Par::Seq);
-                matmul(below, Accum::Add, lower, upper.as_ref(), -1.0, Par::Seq);
+                matmul(below, Accum::Add, lower, upper.as_ref(), -ONE, Par::Seq);
                 Ok(())
             })?;
         }
@@ -78,7 +81,7 @@ impl Factors {
     }
 
     /// `A⁻¹` times some columns.
-    pub fn solve(&self, right: &Mat<f64>) -> Mat<f64> {
+    pub fn solve(&self, right: &Mat<c64>) -> Mat<c64> {
         let mut x = Mat::from_fn(self.size, right.ncols(), |i, j| right[(self.rows[i], j)]);
         for (k, block) in self.blocks.iter().enumerate() {
             let (first, width) = (k * BLOCK, block.ncols());
@@ -87,7 +90,7 @@ impl Factors {
             let lower = block.as_ref().subrows(first, self.size - first);
             let (corner, lower) = lower.split_at_row(width);
             solve_unit_lower_triangular_in_place(corner, own.as_mut(), Par::Seq);
-            matmul(below, Accum::Add, lower, own.as_ref(), -1.0, Par::Seq);
+            matmul(below, Accum::Add, lower, own.as_ref(), -ONE, Par::Seq);
         }
         for (k, block) in self.blocks.iter().enumerate().rev() {
             let (first, width) = (k * BLOCK, block.ncols());
@@ -96,7 +99,7 @@ impl Factors {
             let (upper, rest) = block.as_ref().split_at_row(first);
             let corner = rest.subrows(0, width);
             solve_upper_triangular_in_place(corner, own.as_mut(), Par::Seq);
-            matmul(above, Accum::Add, upper, own.as_ref(), -1.0, Par::Seq);
+            matmul(above, Accum::Add, upper, own.as_ref(), -ONE, Par::Seq);
         }
         x
     }
@@ -104,12 +107,12 @@ impl Factors {
 
 /// Factors the rows from `first` on of a block, and returns where each of them was; `None` where a pivot is
 /// none.
-fn factor_block(block: &mut Mat<f64>, first: usize) -> Option<Vec<usize>> {
+fn factor_block(block: &mut Mat<c64>, first: usize) -> Option<Vec<usize>> {
     let active = block.as_ref().subrows(first, block.nrows() - first);
     let factors = active.partial_piv_lu();
     let (lower, upper) = (factors.L(), factors.U());
     let width = block.ncols();
-    if !(0..width).all(|k| upper[(k, k)].abs() > f64::EPSILON) {
+    if !(0..width).all(|k| upper[(k, k)].norm() > f64::EPSILON) {
         return None;
     }
     for j in 0..width {
@@ -120,9 +123,9 @@ fn factor_block(block: &mut Mat<f64>, first: usize) -> Option<Vec<usize>> {
     Some(factors.P().arrays().0.to_vec())
 }
 
-fn permute(block: MatMut<'_, f64>, first: usize, order: &[usize]) {
+fn permute(block: MatMut<'_, c64>, first: usize, order: &[usize]) {
     let (_, active) = block.split_at_row_mut(first);
-    let mut before = vec![0.0; order.len()];
+    let mut before = vec![ZERO; order.len()];
     for column in active.col_iter_mut() {
         for (before, value) in before.iter_mut().zip(column.as_ref().iter()) {
             *before = *value;
@@ -139,8 +142,9 @@ mod tests {
     use std::sync::Mutex;
 
     /// A matrix without pattern, and far from one whose pivots are on the diagonal.
-    fn entry(i: usize, j: usize) -> f64 {
-        (1.3 * i as f64 + 0.4 + 2.7 * (j * j) as f64).sin() + f64::from(u8::from(i == j + 1))
+    fn entry(i: usize, j: usize) -> c64 {
+        let turn = 1.3 * i as f64 + 0.4 + 2.7 * (j * j) as f64;
+        c64::new(turn.sin() + f64::from(u8::from(i == j + 1)), (2.1 * turn).cos())
     }
 
     #[test]
@@ -148,7 +152,8 @@ mod tests {
         for size in [1, 5, BLOCK, BLOCK + 1, 3 * BLOCK - 7] {
             let factors = Factors::new(size, entry, &Task::default()).unwrap().unwrap();
             let matrix = Mat::from_fn(size, size, entry);
-            let right = Mat::from_fn(size, 3, |i, j| (0.7 * i as f64 - j as f64).cos());
+            let right =
+                Mat::from_fn(size, 3, |i, j| c64::new((0.7 * i as f64 - j as f64).cos(), 0.0));
             let found = factors.solve(&right);
             // Backward stable: a residual of round-off times matrix and solution.
             let bound = 1e-14 * size as f64 * matrix.norm_max() * found.norm_max();
@@ -159,9 +164,11 @@ mod tests {
 
     #[test]
     fn a_matrix_without_rank_has_no_factors() {
-        let found = Factors::new(90, |i, _| i as f64, &Task::default()).unwrap();
+        let found = Factors::new(90, |i, _| c64::new(i as f64, 0.0), &Task::default()).unwrap();
         assert!(found.is_none());
-        assert!(Factors::new(90, |_, _| f64::NAN, &Task::default()).unwrap().is_none());
+        assert!(
+            Factors::new(90, |_, _| c64::new(f64::NAN, 0.0), &Task::default()).unwrap().is_none()
+        );
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::harmonics::{Disturbed, Sampling};
 use crate::room::{MetalRoom, PlacedBody, RoomError};
 use crate::setup::{MetalObject, ObjectShape, RoomMetal, SetupError};
 use crate::shapes;
-use crate::surface::{ClosedSurface, SurfaceError, Wall};
+use crate::surface::{ClosedSurface, SurfaceError};
 use crate::uncertainty::computed;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
@@ -47,6 +47,9 @@ pub struct FurnishReport {
     /// Whether the room was measured, so that what the metal does to what disturbs it already is left
     /// out.
     pub is_added_to_errors: bool,
+    /// What the metal's field in the volume is off by, as a part of it: what half as many triangles
+    /// change.
+    pub solution_error: f64,
 }
 
 /// How poses are evaluated.
@@ -80,8 +83,6 @@ pub struct ObjectReport {
     /// Triangles of its mesh, where that was coarsened.
     pub coarsened_from: Option<usize>,
     pub model: ResponseModel,
-    /// A wall that is so much thinner than its triangles that the response is some per cent low.
-    pub thin_wall: Option<Wall>,
 }
 
 impl Furnished {
@@ -92,6 +93,7 @@ impl Furnished {
             objects: Vec::new(),
             exchange: ExchangeReport::default(),
             is_added_to_errors: false,
+            solution_error: 0.0,
         };
         Self { environment: Arc::clone(environment), room: None, report }
     }
@@ -168,13 +170,22 @@ pub struct Furnisher {
     bodies: Vec<(BodyKey, Arc<MetalBody>)>,
     sampling: Option<Arc<Sampling>>,
     last: Option<Arc<MetalRoom>>,
+    last_coarse: Option<Arc<MetalRoom>>,
 }
 
 type ShapeKey = (ObjectShape, usize);
 type BodyKey = (ShapeKey, crate::material::Material, f64);
 
-/// Shapes and bodies that are kept: those of the largest room twice, before and after a change.
-const MOST_KEPT: usize = 2 * crate::setup::MAX_OBJECTS;
+/// Shapes and bodies that are kept: those of the largest room twice, before and after a change, with two
+/// meshes each.
+const MOST_KEPT: usize = 4 * crate::setup::MAX_OBJECTS;
+
+/// Places a side of the volume's box at which two solutions are compared.
+const COMPARED: usize = 4;
+
+/// What a solution is off by at least, and where there is no second one to compare it with.
+const LEAST_ERROR: f64 = 0.002;
+const UNKNOWN_ERROR: f64 = 0.05;
 
 impl Furnisher {
     /// The room `bare` with metal added to it.
@@ -211,23 +222,13 @@ impl Furnisher {
         if metal.objects.is_empty() {
             return Ok(Furnished::bare(bare));
         }
-        let mut placed = Vec::with_capacity(metal.objects.len());
-        let part = |done: usize| done as f64 / (metal.objects.len() + 1) as f64;
-        for (done, object) in metal.objects.iter().enumerate() {
-            task.step(done, metal.objects.len() + 1)?;
-            let own = task.subtask(part(done), part(done + 1));
-            let body = self.body(object, metal.frequency_hz, &own)?;
-            placed.push(PlacedBody { body, tracker_from_body: object.tracker_from_object });
-        }
+        let placed = self.placed(metal, &task.subtask(0.0, 0.7))?;
         let objects = metal.objects.iter().zip(&placed).map(|(o, p)| report_of(o, &p.body));
         let objects: Vec<ObjectReport> = objects.collect();
-        let room = Arc::new(self.solved(
-            bare,
-            metal,
-            placed,
-            &task.subtask(part(metal.objects.len()), 1.0),
-        )?);
+        let last = self.last.as_deref();
+        let room = Arc::new(solved(last, bare, metal, placed, &task.subtask(0.7, 0.8))?);
         self.last = Some(Arc::clone(&room));
+        let solution_error = self.solution_error(&room, bare, metal, &task.subtask(0.8, 1.0))?;
 
         let of_same_coils = match bare.model.computed().map(|computed| computed.source()) {
             Some(FieldSource::Harmonic(model)) => {
@@ -258,11 +259,16 @@ impl Furnisher {
                 })
             }
         };
-        let report =
-            FurnishReport { evaluation, objects, exchange: room.exchange(), is_added_to_errors };
+        let report = FurnishReport {
+            evaluation,
+            objects,
+            exchange: room.exchange(),
+            is_added_to_errors,
+            solution_error,
+        };
         let environment = Environment {
             model: DistortionModel::of_source(source, MapKind::Distortion, *bounds),
-            metal: Some(computed(metal, &bare.model)),
+            metal: Some(computed(metal, &bare.model, solution_error)),
             ..Environment::clone(bare)
         };
         Ok(Furnished { environment: Arc::new(environment), room: Some(room), report })
@@ -279,26 +285,68 @@ impl Furnisher {
         }
     }
 
-    fn solved(
-        &self,
+    fn placed(&mut self, metal: &RoomMetal, task: &Task) -> Result<Vec<PlacedBody>, FurnishError> {
+        let count = metal.objects.len();
+        let part = |done: usize| done as f64 / count as f64;
+        let mut placed = Vec::with_capacity(count);
+        for (done, object) in metal.objects.iter().enumerate() {
+            task.step(done, count)?;
+            let own = task.subtask(part(done), part(done + 1));
+            let body = self.body(object, metal.frequency_hz, &own)?;
+            placed.push(PlacedBody { body, tracker_from_body: object.tracker_from_object });
+        }
+        Ok(placed)
+    }
+
+    /// What half as many triangles change of the metal's field in the volume: the error falls with the square of
+    /// their size, so that as much is left of it.
+    fn solution_error(
+        &mut self,
+        room: &MetalRoom,
         bare: &Environment,
         metal: &RoomMetal,
-        placed: Vec<PlacedBody>,
         task: &Task,
-    ) -> Result<MetalRoom, FurnishError> {
-        let volume = bare.volume.unwrap_or(Volume::Box(*bare.model.bounds()));
-        let last = self
-            .last
-            .as_ref()
-            .filter(|last| *last.generator() == metal.generator && last.volume() == Some(&volume));
-        let solved = match last {
-            Some(last) => last.with_bodies(placed, task),
-            None => MetalRoom::new(metal.generator.clone(), Some(volume), placed, task),
+    ) -> Result<f64, FurnishError> {
+        let of_sphere = |object: &MetalObject| matches!(object.shape, ObjectShape::Sphere { .. });
+        if metal.objects.iter().all(of_sphere) {
+            return Ok(LEAST_ERROR);
+        }
+        let mut coarse = metal.clone();
+        for object in &mut coarse.objects {
+            object.most_triangles = (object.most_triangles / 2).max(crate::setup::MIN_TRIANGLES);
+        }
+        let other = self.placed(&coarse, &task.subtask(0.0, 0.8)).and_then(|placed| {
+            let last = self.last_coarse.as_deref();
+            solved(last, bare, &coarse, placed, &task.subtask(0.8, 1.0))
+        });
+        // A mesh that cannot be coarser, or whose bodies touch then.
+        let Ok(other) = other else {
+            return if task.cancel.is_cancelled() {
+                Err(Cancelled.into())
+            } else {
+                Ok(UNKNOWN_ERROR)
+            };
         };
-        solved.map_err(|cause| FurnishError::Room {
-            names: metal.objects.iter().map(|object| object.name.clone()).collect(),
-            cause: Box::new(cause),
-        })
+        let bounds = bare.model.bounds();
+        let side = 0..COMPARED;
+        let part = |k: usize| (k as f64 + 0.5) / COMPARED as f64;
+        let places = side.clone().flat_map(|x| {
+            let side = side.clone();
+            side.clone().flat_map(move |y| side.clone().map(move |z| [x, y, z]))
+        });
+        let places: Vec<Point3<f64>> = places
+            .map(|at| bounds.min_mm + bounds.size_mm().component_mul(&Vector3::from(at.map(part))))
+            .collect();
+        let (mut changed, mut whole) = (0.0, 0.0);
+        for fields in room.disturbances(&places).into_iter().zip(other.disturbances(&places)) {
+            let (Ok(own), Ok(other)) = fields else { continue };
+            for (own, other) in own.iter().zip(&other) {
+                changed += (own - other).norm_squared();
+                whole += own.norm_squared();
+            }
+        }
+        self.last_coarse = Some(Arc::new(other));
+        Ok(if whole > 0.0 { (changed / whole).sqrt().max(LEAST_ERROR) } else { LEAST_ERROR })
     }
 
     fn body(
@@ -331,6 +379,27 @@ impl Furnisher {
         keep(&mut self.bodies, key, &body);
         Ok(body)
     }
+}
+
+/// A room of metal; what has not changed since the last one is used again.
+fn solved(
+    last: Option<&MetalRoom>,
+    bare: &Environment,
+    metal: &RoomMetal,
+    placed: Vec<PlacedBody>,
+    task: &Task,
+) -> Result<MetalRoom, FurnishError> {
+    let volume = bare.volume.unwrap_or(Volume::Box(*bare.model.bounds()));
+    let last =
+        last.filter(|last| *last.generator() == metal.generator && last.volume() == Some(&volume));
+    let solved = match last {
+        Some(last) => last.with_bodies(placed, task),
+        None => MetalRoom::new(metal.generator.clone(), Some(volume), placed, task),
+    };
+    solved.map_err(|cause| FurnishError::Room {
+        names: metal.objects.iter().map(|object| object.name.clone()).collect(),
+        cause: Box::new(cause),
+    })
 }
 
 /// The surface of an object that is no sphere.
@@ -370,12 +439,6 @@ fn keep<K, V>(all: &mut Vec<(K, Arc<V>)>, key: K, value: &Arc<V>) {
     }
 }
 
-/// Whether a wall is so much thinner than its triangles that the response is 2 % low or more, as that of a
-/// disc of 2 by 200 mm of 1,000 triangles is.
-fn is_noted(wall: &&Wall) -> bool {
-    wall.triangle_mm > 2.0 * wall.thickness_mm
-}
-
 fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
     let shape = match body.shape() {
         MetalShape::Sphere { .. } => None,
@@ -387,11 +450,6 @@ fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
         triangles: surface.map_or(0, |surface| surface.panels().len()),
         coarsened_from: surface.and_then(ClosedSurface::coarsened_from),
         model: *body.model(),
-        thin_wall: shape
-            .filter(|_| !matches!(body.model(), ResponseModel::Currents { .. }))
-            .and_then(|shape| shape.thinnest_wall())
-            .filter(is_noted)
-            .copied(),
     }
 }
 

@@ -43,7 +43,6 @@ pub mod body;
 pub mod boundary;
 mod cells;
 mod crossing;
-pub mod currents;
 pub mod exchange;
 mod factors;
 pub mod furnished;

@@ -1,9 +1,8 @@
-//! A flat triangle with an even charge: its field anywhere, and the flux of one through another.
+//! A flat triangle with an even charge: its field anywhere.
 //!
 //! The field is `E(p) = ∫ (p − s)/|p − s|³ dS`: along the normal the solid angle of the triangle
 //! (Van Oosterom and Strackee, IEEE Trans. Biomedical Engineering 30(2), 1983), along the triangle one
-//! logarithm an edge (Wilton et al., IEEE Trans. Antennas and Propagation 32(3), 1984). Its flux through
-//! a closed surface around all of it is 4π times the area.
+//! logarithm an edge (Wilton et al., IEEE Trans. Antennas and Propagation 32(3), 1984).
 
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::f64::consts::PI;
@@ -11,20 +10,6 @@ use std::f64::consts::PI;
 /// Beyond this many times its circumradius a triangle's field is that of its charge and of the second
 /// moments of it. What is left out are third moments: below 4·10⁻⁴ of the field there.
 pub(crate) const FAR: f64 = 7.93;
-
-/// A piece of a triangle counts as small beside its distance from another when that is this many times
-/// its circumradius; otherwise it is cut in four. With three points a piece what is left is 10⁻³ of
-/// its own part. No round number: in regular grids many pieces are exactly twice their size away, and
-/// round-off of a moved body would decide which of them are cut.
-const SMALL: f64 = 1.93;
-
-/// How often pieces are cut in four: to a 32nd of the triangle's size. Opposite faces of a plate that
-/// are nearer to each other than a 16th of their triangles are not resolved.
-const MAX_CUTS: usize = 5;
-
-/// Triangles whose corners are this near to the other's plane, beside their size, are in it: no flux of
-/// one goes through the other.
-const FLAT: f64 = 1e-10;
 
 /// A rule of degree 2: points in the middle between the middle and each corner, weights alike.
 const RULE: [[f64; 3]; 3] = [
@@ -127,39 +112,6 @@ impl Panel {
         solid_angle_of(&to_corners, &to_corners.map(|v| v.norm()))
     }
 
-    /// Flux through this triangle, outward, of the field of an evenly charged other one, in mm². The
-    /// integral over both triangles: of the solid angle of this one over the other.
-    pub fn flux_of(&self, source: &Self) -> f64 {
-        let r = self.center_mm - source.center_mm;
-        let reach_mm = self.radius_mm + source.radius_mm;
-        if r.norm_squared() > (0.5 * FAR * reach_mm).powi(2) {
-            // Both triangles' charge spreads the difference of their points.
-            let moment = self.moment_mm2 + source.moment_mm2;
-            let along = point_field(&r, &moment).dot(&self.normal);
-            return along * self.area_mm2 * source.area_mm2;
-        }
-        if source.corners_mm.iter().all(|p| self.height_mm(p).abs() <= FLAT * reach_mm) {
-            return 0.0;
-        }
-        let piece = Piece { corners_mm: source.corners_mm, radius_mm: source.radius_mm };
-        self.mean_solid_angle(&piece, MAX_CUTS) * source.area_mm2
-    }
-
-    fn mean_solid_angle(&self, piece: &Piece, cuts: usize) -> f64 {
-        let center = piece.center_mm();
-        let is_small = cuts == 0 || {
-            let least_mm = SMALL * piece.radius_mm;
-            (center - self.center_mm).norm() - self.radius_mm > least_mm
-                || self.distance_mm(&center) > least_mm
-        };
-        if is_small {
-            let angles = piece.rule_mm().map(|p| self.solid_angle(&p));
-            return angles.iter().sum::<f64>() / 3.0;
-        }
-        let pieces = piece.quarters();
-        pieces.iter().map(|piece| self.mean_solid_angle(piece, cuts - 1)).sum::<f64>() / 4.0
-    }
-
     /// Height of a point over the triangle's plane, positive outside.
     pub fn height_mm(&self, p: &Point3<f64>) -> f64 {
         (p - self.corners_mm[0]).dot(&self.normal)
@@ -212,11 +164,6 @@ struct Piece {
 }
 
 impl Piece {
-    fn center_mm(&self) -> Point3<f64> {
-        let [a, b, c] = self.corners_mm;
-        Point3::from((a.coords + b.coords + c.coords) / 3.0)
-    }
-
     fn rule_mm(&self) -> [Point3<f64>; 3] {
         let [a, b, c] = self.corners_mm.map(|corner| corner.coords);
         RULE.map(|[u, v, w]| Point3::from(a * u + b * v + c * w))
@@ -316,27 +263,6 @@ mod tests {
         ] {
             assert!((panel.distance_mm(&at.into()) - distance).abs() < 1e-14, "{at:?}");
         }
-    }
-
-    #[test]
-    fn flux_through_a_panel_is_a_double_integral() {
-        let panel = panel();
-        // Beside an edge, close behind, and across: each by many points.
-        for shift in [[0.0, -3.2, 0.4], [0.2, 0.1, 0.3], [6.0, 2.0, -1.0], [25.0, 9.0, 8.0]] {
-            let moved = panel.corners_mm.map(|corner| corner + Vector3::from(shift));
-            let source = Panel::new([moved[1], moved[0], moved[2]]).unwrap();
-            let mut pieces =
-                vec![Piece { corners_mm: source.corners_mm, radius_mm: source.radius_mm }];
-            for _ in 0..6 {
-                pieces = pieces.iter().flat_map(Piece::quarters).collect();
-            }
-            let part = source.area_mm2 / (3 * pieces.len()) as f64;
-            let points = pieces.iter().flat_map(Piece::rule_mm);
-            let expected: f64 = points.map(|s| panel.solid_angle(&s) * part).sum();
-            let found = panel.flux_of(&source);
-            assert!((found - expected).abs() < 1e-3 * expected.abs(), "{found} {expected}");
-        }
-        assert_eq!(panel.flux_of(&panel), 0.0);
     }
 
     #[test]

@@ -5,10 +5,8 @@ mod placed;
 
 pub use placed::PlacedBody;
 
-use crate::body::{MetalShape, ResponseModel};
-use crate::exchange::{
-    Answer, CoilField, ExchangeError, ExchangeReport, Sources, coupling_size, exchange,
-};
+use crate::body::MetalShape;
+use crate::exchange::{Answer, CoilField, ExchangeError, ExchangeReport, coupling_size, exchange};
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -42,7 +40,7 @@ pub struct MetalRoom {
     normal_fields: Vec<Arc<Mat<f64>>>,
     couplings: Vec<Vec<Option<Arc<Mat<f64>>>>>,
     /// Of each body, what its field is of.
-    sources: Vec<Sources>,
+    sources: Vec<Mat<f64>>,
     exchange: ExchangeReport,
 }
 
@@ -261,17 +259,6 @@ impl MetalRoom {
     /// How the exchange of fields between bodies ended.
     pub fn exchange(&self) -> ExchangeReport {
         self.exchange
-    }
-
-    /// Whether a body's response is an estimate. Between several bodies with currents phases are left
-    /// out of the exchange, so that spheres in between are estimates too there.
-    pub fn is_estimate(&self) -> bool {
-        let models = || self.bodies.iter().map(|placed| placed.body.model());
-        let is_between = |model: &ResponseModel| match model {
-            ResponseModel::SphereSeries | ResponseModel::Currents { .. } => self.bodies.len() > 1,
-            model => model.is_estimate(),
-        };
-        models().any(is_between)
     }
 
     /// What the metal adds to the field of every coil at a point of the tracker frame, in mm⁻³.

@@ -16,7 +16,7 @@ use trackwright_geometry::pose::{Pose, is_finite};
 pub const DEFAULT_FREQUENCY_HZ: f64 = 10e3;
 
 /// Triangles of an object that states none: a plate of them follows the hand.
-pub const DEFAULT_TRIANGLES: usize = 1000;
+pub const DEFAULT_TRIANGLES: usize = 400;
 
 /// Fewest triangles that an object is cut into.
 pub const MIN_TRIANGLES: usize = shapes::MIN_TRIANGLES;

@@ -2,7 +2,6 @@
 
 mod decimate;
 mod remesh;
-mod wall;
 
 use crate::crossing::first_crossing;
 use crate::panel::{FULL_ANGLE, Panel};
@@ -15,11 +14,9 @@ use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::weld::welded;
 use trackwright_task::Cancelled;
-pub use wall::Wall;
 
-/// Most triangles of a body. Its matrix takes 8 bytes for each pair, 128 MB, and its factorisation some
-/// seconds.
-pub const MAX_TRIANGLES: usize = 4000;
+/// Most triangles of a body. Its equations take some 500 MB, and some seconds.
+pub const MAX_TRIANGLES: usize = 2000;
 
 /// Doubled area relative to the square of the longest side, below which a triangle has none: corners
 /// in f32 that were meant to be on a line stray by 1e-7 of it.
@@ -428,7 +425,7 @@ mod tests {
         let large = ClosedSurface::new(&sphere(10.0, 4).unwrap()).unwrap_err();
         assert_eq!(
             large.to_string(),
-            "5120 triangles, expected at most 4000: coarsen the mesh to that many"
+            "5120 triangles, expected at most 2000: coarsen the mesh to that many"
         );
     }
 

@@ -16,17 +16,17 @@ const CONDUCTIVITY_LOG_STD: f64 = 0.15;
 /// with heat treatment and field strength.
 const PERMEABILITY_LOG_STD: f64 = 0.7;
 
-/// What a solution by boundary elements is off by, as a part of the field: 0.5 to 1 % RMS beside spheres and
-/// 1 to 3 % a panel's size and less from a surface (`docs/methods/metal.md`).
-const SOLUTION_STD: f64 = 0.02;
-
 /// The errors of a room's metal beside the bare room.
-pub(crate) fn computed(metal: &RoomMetal, bare: &DistortionModel) -> ComputedMetal {
+pub(crate) fn computed(
+    metal: &RoomMetal,
+    bare: &DistortionModel,
+    solution_std: f64,
+) -> ComputedMetal {
     let each = metal.objects.iter().map(|object| material_std(object, metal.frequency_hz));
     ComputedMetal {
         bare: bare.clone(),
         material_std: each.fold(0.0, f64::max),
-        solution_std: SOLUTION_STD,
+        solution_std,
         position_std_mm: TOLERANCE_MM,
     }
 }

@@ -2,18 +2,20 @@
 
 use trackwright_metal::body::ResponseModel;
 use trackwright_metal::furnished::{FurnishReport, MetalEvaluation, ObjectReport, TOLERANCE_MM};
-use trackwright_metal::surface::Wall;
 use trackwright_result::with_separators;
 
 /// One line an object, then how the objects see each other, and how poses were evaluated until now.
 pub fn metal_lines(report: &FurnishReport) -> Vec<String> {
     let mut lines: Vec<_> = report.objects.iter().map(object_line).collect();
-    lines.extend(report.objects.iter().filter_map(|object| {
-        Some(format!("{}: {}", object.name, thin_wall_words(object.thin_wall.as_ref()?)))
-    }));
     if report.exchange.rounds > 0 {
         let (count, rounds) = (report.objects.len(), report.exchange.rounds);
         lines.push(format!("fields exchanged between {count} objects in {rounds} rounds"));
+    }
+    if report.objects.iter().any(|object| object.triangles > 0) {
+        let percent = 100.0 * report.solution_error;
+        lines.push(format!(
+            "half as many triangles change the field in the volume by {percent:.1} %"
+        ));
     }
     if report.is_added_to_errors {
         lines.push(
@@ -25,12 +27,12 @@ pub fn metal_lines(report: &FurnishReport) -> Vec<String> {
     lines
 }
 
-/// What has to be known of objects whose response is an estimate.
+/// What has to be known of objects of whose response a part is left out.
 pub fn estimated_metal(report: &FurnishReport) -> Vec<String> {
     let estimated = report.objects.iter().filter(|object| object.model.is_estimate());
     let words = |object: &ObjectReport| {
         format!(
-            "{}: {}; what it does may be up to that limit, which no interval includes",
+            "{}: {}; with those it disturbs more, which no interval includes",
             object.name,
             model_words(&object.model)
         )
@@ -49,33 +51,20 @@ fn object_line(object: &ObjectReport) -> String {
     format!("{}: {triangles}{}", object.name, model_words(&object.model))
 }
 
-/// A wall that is thinner than its triangles, within a sentence.
-pub fn thin_wall_words(wall: &Wall) -> String {
-    format!(
-        "a wall of {:.1} mm is thinner than its triangles of {:.1} mm, with which the response is \
-         some per cent low; more triangles answer better",
-        wall.thickness_mm, wall.triangle_mm
-    )
-}
-
 /// What answers an object, within a sentence.
 pub fn model_words(model: &ResponseModel) -> String {
     match model {
         ResponseModel::None => "neither magnetic nor conducting, no response".to_owned(),
         ResponseModel::SphereSeries => "a sphere, in closed form".to_owned(),
-        ResponseModel::NoFlux { skin_depth_mm } => {
-            format!("no flux enters, skin depth {skin_depth_mm:.2} mm")
-        }
-        ResponseModel::Currents { skin_depth_mm } => {
-            format!("its currents, at a skin depth of {skin_depth_mm:.2} mm")
-        }
         ResponseModel::Permeable { relative_permeability } => {
             format!("permeable, no currents, µ {relative_permeability}")
         }
-        ResponseModel::ScaledBySphere { factor, mean_radius_mm, skin_depth_mm, .. } => format!(
-            "an estimate: {:.0} % of its limit, as a sphere of {mean_radius_mm:.1} mm, skin depth \
-             {skin_depth_mm:.2} mm",
-            100.0 * factor
+        ResponseModel::Conductor { skin_depth_mm, holes: 0 } => {
+            format!("its currents, at a skin depth of {skin_depth_mm:.2} mm")
+        }
+        ResponseModel::Conductor { skin_depth_mm, holes } => format!(
+            "its currents, at a skin depth of {skin_depth_mm:.2} mm, but for those around its {}",
+            if *holes == 1 { "hole".to_owned() } else { format!("{holes} holes") }
         ),
     }
 }
@@ -104,26 +93,18 @@ fn evaluation_line(evaluation: &MetalEvaluation) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackwright_metal::boundary::SurfaceLimit;
 
     #[test]
-    fn an_estimate_is_called_one() {
-        let object = ObjectReport {
+    fn what_is_left_out_is_named() {
+        let object = |holes| ObjectReport {
             name: "table".to_owned(),
             triangles: 1000,
             coarsened_from: Some(23_456),
-            thin_wall: None,
-            model: ResponseModel::ScaledBySphere {
-                limit: SurfaceLimit::NoFlux,
-                factor: 0.8123,
-                mean_radius_mm: 40.0,
-                skin_depth_mm: 4.25,
-            },
+            model: ResponseModel::Conductor { skin_depth_mm: 4.25, holes },
         };
-        assert_eq!(
-            object_line(&object),
-            "table: 1,000 of 23,456 triangles, an estimate: 81 % of its limit, as a \
-             sphere of 40.0 mm, skin depth 4.25 mm"
-        );
+        let solved = "table: 1,000 of 23,456 triangles, its currents, at a skin depth of 4.25 mm";
+        assert_eq!(object_line(&object(0)), solved);
+        assert_eq!(object_line(&object(1)), format!("{solved}, but for those around its hole"));
+        assert!(object(2).model.is_estimate() && !object(0).model.is_estimate());
     }
 }

@@ -7,7 +7,7 @@ use bevy_egui::egui::Ui;
 use trackwright_metal::furnished::ObjectReport;
 use trackwright_metal::setup::{MetalObject, ObjectShape, RoomMetal};
 use trackwright_project::World;
-use trackwright_report::words::{model_words, thin_wall_words};
+use trackwright_report::words::model_words;
 use trackwright_simulation::figures::capitalised;
 
 /// What is known of an object beside its fields.
@@ -77,14 +77,8 @@ pub fn metal_facts_ui(ui: &mut Ui, facts: &MetalFacts) {
     }
     let words = capitalised(&model_words(&report.model));
     match report.model.is_estimate() {
-        true => drop(warning_ui(
-            ui,
-            &format!("{words}; the skin depth is not small beside its thickness"),
-        )),
+        true => drop(warning_ui(ui, &words)),
         false => drop(quiet_ui(ui, words)),
-    }
-    if let Some(wall) = &report.thin_wall {
-        warning_ui(ui, &capitalised(&thin_wall_words(wall)));
     }
     if facts.is_added_to_errors {
         quiet_ui(
@@ -116,7 +110,6 @@ mod tests {
             triangles: 992,
             coarsened_from: Some(20_480),
             model: ResponseModel::SphereSeries,
-            thin_wall: None,
         };
         assert_eq!(triangles_words(&report), "992 triangles, coarsened from 20,480");
     }

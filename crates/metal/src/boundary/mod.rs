@@ -1,0 +1,416 @@
+//! Boundary elements: what a body of any shape answers, conducting or magnetic or both, at any skin depth.
+//!
+//! Outside, the field in units of the coils' is `H = ∇u`, with what is added `∇(u − u₀)`. Its currents `n × ∇u` and
+//! its flux `q = n·H` on the surface decide the field on both sides (Stratton and Chu). Inside, with `k = (1 + i)/δ`
+//! of the skin depth `δ` and the permeability `μ`, the field decays as `G = e^(−kR)/4πR` does; the electric field is
+//! given by `m = n × E/(iωμ₀)`, whose divergence is `q`. Both sides have the same `n × H` and `n × E` (Poggio and
+//! Miller; Chang and Harrington; Wu and Tsai). With the single layer `S`, the double layer `D`, 0 for `k = 0`, tested
+//! with fluxes `f` and loops `w = n × ∇v`:
+//!
+//! `k²/μ ⟨f, S m⟩ + ⟨∇·f, (S/μ + S₀) q⟩ + C(f, u) = 2 ⟨∇·f, S₀ q₀ − D₀ u₀⟩`,
+//!
+//! `⟨w, (μ S + S₀) n × ∇u⟩ − C(m, v) = ⟨v, q₀⟩`, `C(f, u) = k² ⟨f, S(n u)⟩ − ⟨∇·f, (D + D₀) u⟩`.
+//!
+//! `C(f, u)` is what `⟨f, ∇ × S(n × ∇u)⟩` is by parts: without singularities, and exactly `k² ⟨f, S(n u)⟩` for loops.
+//! So loops of `m` are divided by `μ`, and their equations by `k²`: nothing is lost however large the skin depth. The
+//! right sides are such that a body that is neither conducting nor magnetic adds nothing, to round-off: `u₀` is the
+//! potential of the coils' own normal field `q₀`, by the same functions, `⟨w, S₀ n × ∇u₀⟩ = ⟨v, q₀⟩/2 − ⟨q₀, D₀ v⟩`.
+//! Only what a material changes has the error of the triangles, so that few are enough.
+//!
+//! `u` is linear on triangles and `q` even. No current flows around a hole that goes through the body.
+
+mod functions;
+mod layers;
+mod pair;
+#[cfg(test)]
+mod rings;
+#[cfg(test)]
+mod tests;
+
+use crate::factors::Factors;
+use crate::panel::{FULL_ANGLE, Panel};
+use crate::panel_lanes::PanelLanes;
+use crate::surface::ClosedSurface;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+use functions::Functions;
+use layers::real;
+use nalgebra::{Point3, Vector3};
+use pair::{Pair, Rules};
+use rayon::prelude::*;
+use std::sync::Arc;
+use trackwright_task::{Cancelled, Task};
+
+/// Triangles whose layers are integrated before they are added to the equations.
+const CHUNK: usize = 64;
+
+/// Columns of right sides that a thread takes at a time.
+const COLUMNS: usize = 64;
+
+/// Why no body was factored.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum BoundaryError {
+    #[error(
+        "the equations of {panels} triangles have no solution: the walls are too thin for them"
+    )]
+    Singular { panels: usize },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What is the same of a shape whatever its material, in the body's frame.
+#[derive(Clone, Debug)]
+pub struct BoundaryShape {
+    surface: ClosedSurface,
+    functions: Functions,
+    /// `S₀` between triangles, `D₀` of loops over triangles, and `S₀` of loops' currents.
+    single: Mat<f64>,
+    double: Mat<f64>,
+    of_loops: Mat<f64>,
+    /// From the mean normal field on each triangle: the potential of the coils' field, and the right sides of fluxes.
+    potential: Mat<f64>,
+    of_fluxes: Mat<f64>,
+    lanes: PanelLanes,
+}
+
+/// A shape of a material at a frequency.
+#[derive(Clone, Debug)]
+pub struct BoundaryBody {
+    shape: Arc<BoundaryShape>,
+    /// From the mean normal field on each triangle: what is added to the flux through each, then to the potential of
+    /// each loop, in phase.
+    answer: Mat<f64>,
+}
+
+impl BoundaryShape {
+    /// Integrates all pairs of panels, on all threads.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(surface: ClosedSurface, task: &Task) -> Result<Self, Cancelled> {
+        let functions = Functions::new(&surface);
+        let (panels, loops) = (surface.panels(), functions.loops);
+        let count = panels.len();
+        let mut single: Mat<f64> = Mat::zeros(count, count);
+        let mut double: Mat<f64> = Mat::zeros(count, loops);
+        let mut of_loops: Mat<f64> = Mat::zeros(loops, loops);
+        for_pairs(panels, 0.0, task, |i, j, pair| {
+            let whole: f64 = pair.single.iter().sum();
+            single[(i, j)] += 0.5 * whole;
+            single[(j, i)] += 0.5 * whole;
+            for b in &functions.loops_of[j] {
+                double[(i, b.number)] += pair.double[b.corner];
+                for a in &functions.loops_of[i] {
+                    let value = 0.5 * whole * a.current.dot(&b.current);
+                    of_loops[(a.number, b.number)] += value;
+                    of_loops[(b.number, a.number)] += value;
+                }
+            }
+        })?;
+        let mut half_flux = Mat::from_fn(loops, count, |a, j| -double[(j, a)]);
+        for (j, (panel, own)) in panels.iter().zip(&functions.loops_of).enumerate() {
+            own.iter().for_each(|a| half_flux[(a.number, j)] += panel.area_mm2() / 6.0);
+        }
+        let potential: Mat<f64> = of_loops.partial_piv_lu().solve(&half_flux);
+        let source: Mat<f64> = &single - &double * &potential;
+        let mut of_fluxes = Mat::zeros(functions.fluxes, count);
+        for j in 0..count {
+            for (i, own) in functions.fluxes_of.iter().enumerate() {
+                own.iter().for_each(|t| of_fluxes[(t.number, j)] += 4.0 * t.by * source[(i, j)]);
+            }
+        }
+        let lanes = PanelLanes::new(panels);
+        Ok(Self { surface, functions, single, double, of_loops, potential, of_fluxes, lanes })
+    }
+
+    pub fn surface(&self) -> &ClosedSurface {
+        &self.surface
+    }
+
+    /// Holes that go through the body, as through a ring.
+    pub fn holes(&self) -> usize {
+        self.functions.holes
+    }
+}
+
+/// Calls `each` with every pair of a target and a source.
+fn for_pairs<T: layers::Number>(
+    panels: &[Panel],
+    k: T,
+    task: &Task,
+    mut each: impl FnMut(usize, usize, &Pair<T>),
+) -> Result<(), Cancelled> {
+    let rules = Rules::new();
+    for first in (0..panels.len()).step_by(CHUNK) {
+        // Of what is left, rows are shorter and shorter.
+        let left = 1.0 - first as f64 / panels.len() as f64;
+        task.step(((1.0 - left * left) * panels.len() as f64) as usize, panels.len())?;
+        let row = |i: usize| -> (Pair<T>, Vec<[Pair<T>; 2]>) {
+            let beyond = panels[i + 1..].iter();
+            let all = beyond.map(|other| Pair::both(&panels[i], other, k, &rules));
+            (Pair::own(&panels[i], k, &rules), all.collect())
+        };
+        let rows = first..panels.len().min(first + CHUNK);
+        let found: Vec<_> = rows.clone().into_par_iter().map(row).collect();
+        for (i, (own, row)) in rows.zip(&found) {
+            each(i, i, own);
+            for (j, [pair, back]) in (i + 1..).zip(row) {
+                each(i, j, pair);
+                each(j, i, back);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What a skin depth and a permeability make of the equations.
+struct Inside<'a> {
+    shape: &'a BoundaryShape,
+    kk: c64,
+    mu: f64,
+    /// `S` of loops' currents, of loops' currents and their normals, and of fluxes and loops.
+    of_loops: Mat<c64>,
+    of_normals: Mat<c64>,
+    of_both: Mat<c64>,
+    /// `C`, and all of fluxes with fluxes.
+    coupling: Mat<c64>,
+    of_fluxes: Mat<c64>,
+}
+
+fn add_both(matrix: &mut Mat<c64>, i: usize, j: usize, value: c64) {
+    matrix[(i, j)] += value * 0.5;
+    matrix[(j, i)] += value * 0.5;
+}
+
+impl<'a> Inside<'a> {
+    fn new(shape: &'a BoundaryShape, k: c64, mu: f64, task: &Task) -> Result<Self, Cancelled> {
+        let functions = &shape.functions;
+        let (loops, fluxes) = (functions.loops, functions.fluxes);
+        let panels = shape.surface.panels();
+        let complex = |v: &Vector3<f64>| v.map(real::<c64>);
+        let kk = k * k;
+        let mut of_loops = Mat::zeros(loops, loops);
+        let mut of_normals = Mat::zeros(loops, loops);
+        let mut of_both: Mat<c64> = Mat::zeros(fluxes, loops);
+        let mut coupling: Mat<c64> = Mat::zeros(fluxes, loops);
+        let mut of_fluxes = Mat::zeros(fluxes, fluxes);
+        for_pairs(panels, k, task, |i, j, pair| {
+            let whole: c64 = pair.single.iter().sum();
+            let target: Vector3<c64> = pair.moment.iter().sum();
+            let corners = panels[j].corners_mm().map(|corner| complex(&corner.coords));
+            let source: Vector3<c64> = (0..3).map(|c| corners[c] * pair.single[c]).sum();
+            let product: c64 = (0..3).map(|c| corners[c].dot(&pair.moment[c])).sum();
+            let normal = panels[j].normal();
+            for a in &functions.loops_of[i] {
+                for b in &functions.loops_of[j] {
+                    let (one, other) = (a.number, b.number);
+                    add_both(&mut of_loops, one, other, whole * a.current.dot(&b.current));
+                    let of_normal = pair.single[b.corner] * a.current.dot(normal);
+                    add_both(&mut of_normals, one, other, of_normal);
+                }
+                for u in &functions.fluxes_of[j] {
+                    let from = source - complex(&u.from_mm) * whole;
+                    let value = complex(&a.current).dot(&from);
+                    of_both[(u.number, a.number)] += value * (0.5 * u.by);
+                }
+            }
+            for t in &functions.fluxes_of[i] {
+                let from = complex(&t.from_mm);
+                for b in &functions.loops_of[j] {
+                    let value = complex(&b.current).dot(&(target - from * whole));
+                    of_both[(t.number, b.number)] += value * (0.5 * t.by);
+                    let single = pair.moment[b.corner] - from * pair.single[b.corner];
+                    let single = kk * complex(normal).dot(&single);
+                    coupling[(t.number, b.number)] += (single - pair.double[b.corner] * 2.0) * t.by;
+                }
+                for u in &functions.fluxes_of[j] {
+                    let other = complex(&u.from_mm);
+                    let along =
+                        product - from.dot(&source) - other.dot(&target) + from.dot(&other) * whole;
+                    let charges = (whole / mu + shape.single[(i, j)]) * 4.0;
+                    let value = (kk / mu * along + charges) * (t.by * u.by);
+                    add_both(&mut of_fluxes, t.number, u.number, value);
+                }
+            }
+        })?;
+        for (i, own) in functions.fluxes_of.iter().enumerate() {
+            for t in own {
+                for b in 0..loops {
+                    coupling[(t.number, b)] -= real::<c64>(2.0 * t.by * shape.double[(i, b)]);
+                }
+            }
+        }
+        Ok(Self { shape, kk, mu, of_loops, of_normals, of_both, coupling, of_fluxes })
+    }
+
+    /// An entry of the equations: loops of `m`, its fluxes, then loops of `u`.
+    fn entry(&self, row: usize, column: usize) -> c64 {
+        let (loops, fluxes) = (self.shape.functions.loops, self.shape.functions.fluxes);
+        let place = |k: usize| match k.checked_sub(loops) {
+            None => (0, k),
+            Some(k) if k < fluxes => (1, k),
+            Some(k) => (2, k - fluxes),
+        };
+        match (place(row), place(column)) {
+            ((0, a), (0, b)) => self.of_loops[(a, b)],
+            ((0, a), (1, t)) => self.of_both[(t, a)] / self.mu,
+            ((0, a), (_, b)) => self.of_normals[(a, b)],
+            ((1, t), (0, b)) => self.of_both[(t, b)] * self.kk,
+            ((1, t), (1, u)) => self.of_fluxes[(t, u)],
+            ((1, t), (_, b)) => self.coupling[(t, b)],
+            ((_, a), (0, b)) => -self.of_normals[(a, b)] * self.kk * self.mu,
+            ((_, a), (1, t)) => -self.coupling[(t, a)],
+            ((_, a), (_, b)) => self.of_loops[(a, b)] * self.mu + self.shape.of_loops[(a, b)],
+        }
+    }
+}
+
+impl BoundaryBody {
+    /// Solves for the answers to a field through each triangle, with two complex unknowns a triangle. The skin depth
+    /// is infinite where no currents flow.
+    ///
+    /// # Errors
+    /// Equations that have no solution, and [`Cancelled`].
+    pub fn new(
+        shape: Arc<BoundaryShape>,
+        skin_depth_mm: f64,
+        relative_permeability: f64,
+        task: &Task,
+    ) -> Result<Self, BoundaryError> {
+        let functions = &shape.functions;
+        let panels = shape.surface.panels();
+        let (loops, fluxes, count) = (functions.loops, functions.fluxes, panels.len());
+        let k = c64::new(1.0, 1.0) / skin_depth_mm;
+        let inside = Inside::new(&shape, k, relative_permeability, &task.subtask(0.0, 0.4))?;
+        // Of a size of their own, rows and columns are of order 1.
+        let size_mm = (shape.surface.area_mm2() / count as f64).sqrt();
+        let is_flux = |k: usize| (loops..loops + fluxes).contains(&k);
+        let row_by = |k: usize| if is_flux(k) { 1.0 } else { 1.0 / size_mm };
+        let column_by = |k: usize| if is_flux(k) { size_mm } else { 1.0 };
+        let entry = |i: usize, j: usize| inside.entry(i, j) * (row_by(i) * column_by(j));
+        let factors = Factors::new(2 * loops + fluxes, entry, &task.subtask(0.4, 0.7))?;
+        let factors = factors.ok_or(BoundaryError::Singular { panels: count })?;
+        let first = loops + fluxes;
+        let of_columns = |columns: &[usize]| {
+            let mut right: Mat<c64> = Mat::zeros(first + loops, columns.len());
+            for (column, &j) in columns.iter().enumerate() {
+                for t in 0..fluxes {
+                    right[(loops + t, column)] = real(shape.of_fluxes[(t, j)]);
+                }
+                for a in &functions.loops_of[j] {
+                    right[(first + a.number, column)] =
+                        real(panels[j].area_mm2() / (3.0 * size_mm));
+                }
+            }
+            let found = factors.solve(&right);
+            let mut added: Mat<f64> = Mat::zeros(count + loops, columns.len());
+            for (column, &j) in columns.iter().enumerate() {
+                for (i, own) in functions.fluxes_of.iter().enumerate() {
+                    let each = own
+                        .iter()
+                        .map(|t| 2.0 * t.by * size_mm * found[(loops + t.number, column)].re);
+                    added[(i, column)] = each.sum::<f64>() - if i == j { 1.0 } else { 0.0 };
+                }
+                for a in 0..loops {
+                    added[(count + a, column)] =
+                        found[(first + a, column)].re - shape.potential[(a, j)];
+                }
+            }
+            added
+        };
+        let all: Vec<usize> = (0..count).collect();
+        let solving = task.subtask(0.7, 1.0);
+        let parts: Vec<Mat<f64>> = all
+            .par_chunks(COLUMNS)
+            .map(|columns| match task.cancel.is_cancelled() {
+                true => Err(Cancelled),
+                false => Ok(of_columns(columns)),
+            })
+            .collect::<Result<_, _>>()?;
+        solving.step(1, 1)?;
+        let answer =
+            Mat::from_fn(count + loops, count, |i, j| parts[j / COLUMNS][(i, j % COLUMNS)]);
+        Ok(Self { shape, answer })
+    }
+
+    pub fn surface(&self) -> &ClosedSurface {
+        &self.shape.surface
+    }
+
+    pub fn shape(&self) -> &Arc<BoundaryShape> {
+        &self.shape
+    }
+
+    /// Added fluxes through triangles, and added potentials of loops.
+    pub fn unknowns(&self) -> usize {
+        self.answer.nrows()
+    }
+
+    /// The unknowns that answer a mean normal field on each panel; a column a coil. The mean over each shell, which a
+    /// field without sources there has not, is left out.
+    pub fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+        let surface = self.surface();
+        let (panels, shell_of) = (surface.panels(), surface.shell_of());
+        let mut fields = normal_field.clone();
+        for column in 0..fields.ncols() {
+            let mut flux = vec![0.0; surface.shells().len()];
+            for (i, panel) in panels.iter().enumerate() {
+                flux[shell_of[i]] += fields[(i, column)] * panel.area_mm2();
+            }
+            for i in 0..panels.len() {
+                let shell = shell_of[i];
+                fields[(i, column)] -= flux[shell] / surface.shells()[shell].area_mm2;
+            }
+        }
+        &self.answer * &fields
+    }
+
+    /// Of unknowns: the flux through each panel and its current, four columns a coil.
+    pub fn sources(&self, unknowns: &Mat<f64>) -> Mat<f64> {
+        let count = self.surface().panels().len();
+        let mut sources = Mat::zeros(count, 4 * unknowns.ncols());
+        for coil in 0..unknowns.ncols() {
+            for (i, own) in self.shape.functions.loops_of.iter().enumerate() {
+                sources[(i, 4 * coil)] = unknowns[(i, coil)];
+                for a in own {
+                    for axis in 0..3 {
+                        sources[(i, 4 * coil + 1 + axis)] +=
+                            a.current[axis] * unknowns[(count + a.number, coil)];
+                    }
+                }
+            }
+        }
+        sources
+    }
+
+    /// Adds the fields of [`Self::sources`] at a point outside, in the body's frame; one field a coil.
+    ///
+    /// # Panics
+    /// If the sources are not those of this body, or `fields` are not one a coil.
+    pub fn add_fields(&self, sources: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+        let mut sums = vec![Vector3::zeros(); 4 * fields.len()];
+        self.shape.lanes.add_fields(self.surface().panels(), sources, p, &mut sums);
+        for (field, of) in fields.iter_mut().zip(sums.chunks_exact(4)) {
+            // The field of a current is its cross product with that of a charge.
+            let (x, y, z) = (of[1], of[2], of[3]);
+            let currents = Vector3::new(y.z - z.y, z.x - x.z, x.y - y.x);
+            *field += (of[0] + currents) / FULL_ANGLE;
+        }
+    }
+
+    /// Calls `each` with every unknown and the field that a unit of it has at a point outside.
+    pub(crate) fn for_unit_fields(
+        &self,
+        p: &Point3<f64>,
+        mut each: impl FnMut(usize, Vector3<f64>),
+    ) {
+        let panels = self.surface().panels();
+        for (i, (panel, own)) in panels.iter().zip(&self.shape.functions.loops_of).enumerate() {
+            let field = panel.field(p) / FULL_ANGLE;
+            each(i, field);
+            for a in own {
+                each(panels.len() + a.number, a.current.cross(&field));
+            }
+        }
+    }
+}
