@@ -1,5 +1,5 @@
 //! What metal does to the field of a tracker's coils: materials, spheres in closed form, closed surfaces
-//! by boundary elements, flat and long conductors by their currents, and several bodies in each other's fields.
+//! of any material by boundary elements, and several bodies in each other's fields.
 //!
 //! Trackers use 1 to 30 kHz, where fields around metal are quasi-static: each coil's field induces
 //! currents and magnetisation, and these add a field of their own, the disturbance. A tracker that

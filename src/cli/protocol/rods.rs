@@ -185,7 +185,6 @@ impl Rods {
             data("frequency_hz", self.settings.frequency_hz),
             data("diameter_mm", self.settings.diameter_mm),
             data("length_mm", self.settings.length_mm),
-            data("estimate", self.found.is_estimate),
             data("in_generator", self.found.in_generator),
             data("without_pose", self.found.without_pose),
         ])
@@ -194,13 +193,9 @@ impl Rods {
     /// What a reader of the table has to know of its rods.
     pub(super) fn lines(&self) -> Vec<String> {
         let RodSettings { diameter_mm, length_mm, frequency_hz, .. } = self.settings;
-        let estimate = match self.found.is_estimate {
-            true => "; an estimate where the skin depth is not small",
-            false => "",
-        };
         let mut lines = vec![format!(
             "rods of {diameter_mm} by {length_mm} mm at {frequency_hz} Hz beside the middle of the plate, generator \
-             {}: first order, each by itself{estimate}",
+             {}: first order, each by itself",
             self.generator
         )];
         for (count, what) in [

@@ -67,8 +67,6 @@ pub struct RodReadings {
     pub in_generator: usize,
     /// The signals determine no pose.
     pub without_pose: usize,
-    /// Whether a rod's response is an estimate, as its skin depth is not small.
-    pub is_estimate: bool,
 }
 
 /// Why rods have no effect that can be computed.
@@ -198,7 +196,6 @@ pub fn rod_readings(
         let rod = named.key;
         let body = MetalBody::new(shape.clone(), named.material, settings.frequency_hz, task);
         let body = Arc::new(body.map_err(|cause| RodError::Body { rod, cause })?);
-        found.is_estimate |= body.model().is_estimate();
         let before = found.readings.len();
         let (mut in_generator, mut without_pose) = (0, 0);
         for &distance_mm in &settings.distances_mm {
