@@ -194,7 +194,18 @@ impl<'a> Inside<'a> {
         let mut of_both: Mat<c64> = Mat::zeros(fluxes, loops);
         let mut coupling: Mat<c64> = Mat::zeros(fluxes, loops);
         let mut of_fluxes = Mat::zeros(fluxes, fluxes);
+        for (i, own) in functions.fluxes_of.iter().enumerate() {
+            for (j, other) in functions.fluxes_of.iter().enumerate() {
+                for (t, u) in own.iter().flat_map(|t| other.iter().map(move |u| (t, u))) {
+                    let charges = 4.0 * t.by * u.by * shape.single[(i, j)];
+                    of_fluxes[(t.number, u.number)] += real::<c64>(charges);
+                }
+            }
+        }
         for_pairs(panels, k, task, |i, j, pair| {
+            if pair.is_none() {
+                return;
+            }
             let whole: c64 = pair.single.iter().sum();
             let target: Vector3<c64> = pair.moment.iter().sum();
             let corners = panels[j].corners_mm().map(|corner| complex(&corner.coords));
@@ -227,8 +238,7 @@ impl<'a> Inside<'a> {
                     let other = complex(&u.from_mm);
                     let along =
                         product - from.dot(&source) - other.dot(&target) + from.dot(&other) * whole;
-                    let charges = (whole / mu + shape.single[(i, j)]) * 4.0;
-                    let value = (kk / mu * along + charges) * (t.by * u.by);
+                    let value = (kk * along + whole * 4.0) * (t.by * u.by / mu);
                     add_both(&mut of_fluxes, t.number, u.number, value);
                 }
             }

@@ -46,6 +46,9 @@ const AWAY: [(f64, f64); 8] = [
     (0.980_144_928_248_768, 0.050_614_268_145_188),
 ];
 
+/// A kernel that has decayed by so many times `e` is none: what is left is 10⁻¹¹.
+const DECAYED: f64 = 25.0;
+
 type Rule = Vec<([f64; 3], f64)>;
 
 /// Where the layers of another triangle are taken.
@@ -127,10 +130,17 @@ impl<T: Number> Pair<T> {
     pub fn both(one: &Panel, other: &Panel, k: T, rules: &Rules) -> [Self; 2] {
         let reach_mm = one.radius_mm() + other.radius_mm();
         let apart_mm = (one.center_mm() - other.center_mm()).norm();
+        if k.real() * (apart_mm - reach_mm) > DECAYED {
+            return [Self::none(); 2];
+        }
         match apart_mm < NEAR * reach_mm {
             true => [Self::near(one, other, k, rules), Self::near(other, one, k, rules)],
             false => Self::far(one, other, k),
         }
+    }
+
+    pub fn is_none(&self) -> bool {
+        self.single.iter().all(|single| *single == T::zero())
     }
 
     /// Of a triangle over itself.

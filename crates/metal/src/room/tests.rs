@@ -437,7 +437,6 @@ fn rods_of_steel_416_disturb_most() {
     let rod = shape(&cylinder(5.0, 100.0, 300).unwrap());
     let [steel_416, aluminium, bronze, steel_304] =
         ["steel-416", "aluminium", "bronze", "steel-304"].map(|key| rod_error_mm(&rod, key));
-    // Measured: 6.5, 3.9, 2.8 and 0.4 mm.
     // Hummel et al., Medical Physics 32(7), 2005, found the rod of 416 worst, with 4.2 mm at 20 mm; its
     // frequency and rods are not known.
     assert!(steel_416 > aluminium, "{steel_416} {aluminium}");
