@@ -9,9 +9,9 @@ use crate::cells::{Cells, NearMetal};
 use crate::exchange::ExchangeReport;
 use crate::harmonics::{Disturbed, Sampling};
 use crate::room::{MetalRoom, PlacedBody, RoomError};
-use crate::setup::{MetalObject, ObjectShape, RoomMetal, SetupError};
+use crate::setup::{MIN_TRIANGLES, MetalObject, ObjectShape, RoomMetal, SetupError};
 use crate::shapes;
-use crate::surface::{ClosedSurface, SurfaceError};
+use crate::surface::{ClosedSurface, MAX_TRIANGLES, SurfaceError};
 use crate::uncertainty::computed;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
@@ -170,7 +170,8 @@ pub struct Furnisher {
     bodies: Vec<(BodyKey, Arc<MetalBody>)>,
     sampling: Option<Arc<Sampling>>,
     last: Option<Arc<MetalRoom>>,
-    last_coarse: Option<Arc<MetalRoom>>,
+    /// The same with other triangles.
+    last_second: Option<Arc<MetalRoom>>,
 }
 
 type ShapeKey = (ObjectShape, usize);
@@ -299,7 +300,7 @@ impl Furnisher {
     }
 
     /// What half as many triangles change of the metal's field in the volume: the error falls with the square of
-    /// their size, so that as much is left of it.
+    /// their size, so that as much is left of it. Of the fewest triangles there are, twice what twice as many change.
     fn solution_error(
         &mut self,
         room: &MetalRoom,
@@ -311,15 +312,20 @@ impl Furnisher {
         if metal.objects.iter().all(of_sphere) {
             return Ok(LEAST_ERROR);
         }
-        let mut coarse = metal.clone();
-        for object in &mut coarse.objects {
-            object.most_triangles = (object.most_triangles / 2).max(crate::setup::MIN_TRIANGLES);
+        let has_fewest = |object: &MetalObject| object.most_triangles < 2 * MIN_TRIANGLES;
+        let is_finer = metal.objects.iter().any(|object| !of_sphere(object) && has_fewest(object));
+        let mut second = metal.clone();
+        for object in &mut second.objects {
+            object.most_triangles = match is_finer {
+                true => (2 * object.most_triangles).min(MAX_TRIANGLES),
+                false => object.most_triangles / 2,
+            };
         }
-        let other = self.placed(&coarse, &task.subtask(0.0, 0.8)).and_then(|placed| {
-            let last = self.last_coarse.as_deref();
-            solved(last, bare, &coarse, placed, &task.subtask(0.8, 1.0))
+        let other = self.placed(&second, &task.subtask(0.0, 0.8)).and_then(|placed| {
+            let last = self.last_second.as_deref();
+            solved(last, bare, &second, placed, &task.subtask(0.8, 1.0))
         });
-        // A mesh that cannot be coarser, or whose bodies touch then.
+        // Shapes that need all their triangles, or touch with others.
         let Ok(other) = other else {
             return if task.cancel.is_cancelled() {
                 Err(Cancelled.into())
@@ -345,8 +351,10 @@ impl Furnisher {
                 whole += own.norm_squared();
             }
         }
-        self.last_coarse = Some(Arc::new(other));
-        Ok(if whole > 0.0 { (changed / whole).sqrt().max(LEAST_ERROR) } else { LEAST_ERROR })
+        self.last_second = Some(Arc::new(other));
+        let left = if is_finer { 2.0 } else { 1.0 };
+        let error = if whole > 0.0 { left * (changed / whole).sqrt() } else { 0.0 };
+        Ok(error.max(LEAST_ERROR))
     }
 
     fn body(

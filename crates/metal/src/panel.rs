@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 pub(crate) const FAR: f64 = 7.93;
 
 /// A rule of degree 2: points in the middle between the middle and each corner, weights alike.
-const RULE: [[f64; 3]; 3] = [
+pub(crate) const RULE: [[f64; 3]; 3] = [
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
     [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],

@@ -23,7 +23,7 @@ use trackwright_geometry::rotation::perpendicular;
 use trackwright_geometry::volume::Volume;
 use trackwright_task::{Cancelled, Task};
 
-/// Most numbers of all couplings together, 512 MB: eight bodies of 1,000 triangles.
+/// Most numbers of all couplings together, 512 MB: seven bodies of 1,000 triangles.
 pub const MAX_COUPLING_NUMBERS: usize = 64 << 20;
 
 /// Points of a square loop's side at which it is looked whether metal is there.

@@ -1,7 +1,7 @@
 //! Layers of one triangle over another one.
 
 use super::layers::{Layers, Number, real};
-use crate::panel::{FULL_ANGLE, Panel};
+use crate::panel::{FULL_ANGLE, Panel, RULE};
 use nalgebra::{Point3, Vector3};
 
 /// Triangles farther apart than this many times their radii are sums over points.
@@ -11,8 +11,8 @@ const NEAR: f64 = 2.0;
 /// thin wall.
 const OPPOSITE: f64 = 0.5;
 
-/// Points by their barycentric coordinates, with weights: of degree 5 (Dunavant, Int. J. Numerical Methods in
-/// Engineering 21, 1985), and of degree 2.
+/// Points by their barycentric coordinates, with weights, of degree 5 (Dunavant, Int. J. Numerical Methods in
+/// Engineering 21, 1985).
 const FINE: [([f64; 3], f64); 7] = [
     ([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], 0.225),
     ([0.059_715_871_789_77, 0.470_142_064_105_115, 0.470_142_064_105_115], 0.132_394_152_788_506),
@@ -21,11 +21,6 @@ const FINE: [([f64; 3], f64); 7] = [
     ([0.797_426_985_353_087, 0.101_286_507_323_456, 0.101_286_507_323_456], 0.125_939_180_544_827),
     ([0.101_286_507_323_456, 0.797_426_985_353_087, 0.101_286_507_323_456], 0.125_939_180_544_827),
     ([0.101_286_507_323_456, 0.101_286_507_323_456, 0.797_426_985_353_087], 0.125_939_180_544_827),
-];
-const COARSE: [([f64; 3], f64); 3] = [
-    ([2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0], 1.0 / 3.0),
-    ([1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0], 1.0 / 3.0),
-    ([1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0], 1.0 / 3.0),
 ];
 
 /// Gauss and Legendre's rules from 0 to 1 along an edge and away from it.
@@ -168,9 +163,8 @@ impl<T: Number> Pair<T> {
 
     /// By a few points of each.
     fn far(one: &Panel, other: &Panel, k: T) -> [Self; 2] {
-        let points = |panel: &Panel| {
-            COARSE.map(|(bary, weight)| (place(panel, &bary), bary, weight * panel.area_mm2()))
-        };
+        let points =
+            |panel: &Panel| RULE.map(|bary| (place(panel, &bary), bary, panel.area_mm2() / 3.0));
         let mut both = [Self::none(); 2];
         for (p, at_p, of_p) in points(one) {
             for (q, at_q, of_q) in points(other) {

@@ -186,3 +186,27 @@ fn cancelled_work_is_no_room() {
     let made = Furnisher::default().furnish(&ideal(), &room, &task);
     assert!(matches!(made, Err(FurnishError::Cancelled(_))));
 }
+
+#[test]
+fn the_stated_error_is_that_of_the_triangles() {
+    let of = |triangles: usize| {
+        let object = plate("plate", Pose::translation(0.0, -380.0, -300.0));
+        furnish(&ideal(), &metal(vec![MetalObject { most_triangles: triangles, ..object }]))
+    };
+    let places: Vec<Point3<f64>> =
+        poses(ideal().model.bounds(), 60).into_iter().map(|(p, _)| p).collect();
+    let fields = |furnished: &Furnished| furnished.room.as_ref().unwrap().disturbances(&places);
+    let fine = fields(&of(1200));
+    for triangles in [48, 100, 200] {
+        let found = of(triangles);
+        let (mut wrong, mut whole) = (0.0, 0.0);
+        for (own, fine) in fields(&found).into_iter().zip(&fine) {
+            for (own, fine) in own.unwrap().iter().zip(fine.as_ref().unwrap()) {
+                wrong += (own - fine).norm_squared();
+                whole += fine.norm_squared();
+            }
+        }
+        let (stated, error) = (found.report.solution_error, f64::sqrt(wrong / whole));
+        assert!((0.5..4.0).contains(&(stated / error)), "{triangles}: {stated} {error}");
+    }
+}

@@ -100,7 +100,7 @@ mod tests {
         let coarse = ClosedSurface::remeshed(&fine, 1000, &task).unwrap();
         assert_eq!(coarse.coarsened_from(), Some(81_920));
         assert!((600..=1000).contains(&coarse.panels().len()));
-        assert!((coarse.mean_radius_mm() / 50.0 - 1.0).abs() < 0.01);
+        assert!((coarse.volume_mm3() / (4.0 / 3.0 * PI * 50.0_f64.powi(3)) - 1.0).abs() < 0.03);
         // A box of twelve triangles, as files have it.
         let solid = Solid::cuboid(&Bounds {
             min_mm: Point3::new(-100.0, -50.0, -5.0),
