@@ -138,7 +138,8 @@ fn fluxes(
 mod tests {
     use super::*;
     use crate::shapes::{cuboid, sphere};
-    use crate::surface::ClosedSurface;
+    use nalgebra::Point3;
+    use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
 
     #[test]
     fn loops_and_fluxes_are_all_there_are() {
@@ -162,5 +163,32 @@ mod tests {
                 each.map(|(own, panel)| own.iter().map(|f| f.by).sum::<f64>() * panel.area_mm2());
             assert!(flux.sum::<f64>().abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_ring_has_a_hole() {
+        let (around, across) = (12, 6);
+        let at = |i: u32, j: u32| i % around * across + j % across;
+        let corner = |i: u32, j: u32| {
+            let [turn, tilt] = [(i, around), (j, across)]
+                .map(|(k, of)| std::f64::consts::TAU * f64::from(k) / f64::from(of));
+            let out = 30.0 + 8.0 * tilt.cos();
+            Point3::new(out * turn.cos(), out * turn.sin(), 8.0 * tilt.sin())
+        };
+        let cells = || (0..around).flat_map(|i| (0..across).map(move |j| (i, j)));
+        let part = MeshPart {
+            positions_mm: cells().map(|(i, j)| corner(i, j)).collect(),
+            normals: cells().map(|_| Vector3::z()).collect(),
+            triangles: cells()
+                .flat_map(|(i, j)| {
+                    let [a, b] = [at(i, j), at(i + 1, j)];
+                    let [c, d] = [at(i + 1, j + 1), at(i, j + 1)];
+                    [[a, b, c], [a, c, d]]
+                })
+                .collect(),
+            ..MeshPart::default()
+        };
+        let mesh = SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() };
+        assert_eq!(Functions::new(&ClosedSurface::new(&mesh).unwrap()).holes, 1);
     }
 }
