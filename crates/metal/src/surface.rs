@@ -8,7 +8,6 @@ use crate::panel::{FULL_ANGLE, Panel};
 use nalgebra::Point3;
 use rayon::prelude::*;
 pub use remesh::{MAX_FINE_TRIANGLES, MIN_TARGET};
-use std::f64::consts::PI;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::mesh::SurfaceMesh;
@@ -329,6 +328,7 @@ mod tests {
     use super::*;
     use crate::shapes::{cuboid, sphere};
     use nalgebra::Vector3;
+    use std::f64::consts::PI;
     use trackwright_geometry::mesh::MeshPart;
 
     fn edited(edit: impl Fn(&mut MeshPart)) -> Result<ClosedSurface, SurfaceError> {
