@@ -11,7 +11,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 use trackwright_metal::furnished::{Furnished, Furnisher};
 use trackwright_metal::setup::{
-    DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+    DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 use trackwright_project::{open_builtin_without_meshes, resolve};
 use trackwright_scene::slice_plan;
@@ -36,6 +36,7 @@ fn plate(x_mm: f64) -> RoomMetal {
         material: ObjectMaterial::Named("aluminium"),
         tracker_from_object: Pose::new(Vector3::new(x_mm, 0.0, -250.0), turn),
         most_triangles: DEFAULT_TRIANGLES,
+        tolerance: MaterialTolerance::default(),
     };
     RoomMetal { objects: vec![plate], ..RoomMetal::empty(Generator::planar_nine()) }
 }

@@ -37,7 +37,9 @@ use trackwright_geometry::gizmo::Handle;
 use trackwright_geometry::orbit::Axis;
 use trackwright_geometry::pose::Pose;
 use trackwright_metal::new_object::NewShape;
-use trackwright_metal::setup::{MetalObject, ObjectMaterial, ObjectShape, RoomMetal};
+use trackwright_metal::setup::{
+    MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+};
 use trackwright_project::MeshOwner;
 use trackwright_simulation::Metric;
 
@@ -119,6 +121,7 @@ fn plate() -> MetalObject {
         material: ObjectMaterial::Named("aluminium"),
         tracker_from_object: Pose::translation(400.0, 0.0, -300.0),
         most_triangles: 1000,
+        tolerance: MaterialTolerance::default(),
     }
 }
 

@@ -114,7 +114,9 @@ mod tests {
     use super::super::tests::document;
     use super::super::{Document, Edit};
     use super::*;
-    use trackwright_metal::setup::{DEFAULT_TRIANGLES, ObjectMaterial, ObjectShape};
+    use trackwright_metal::setup::{
+        DEFAULT_TRIANGLES, MaterialTolerance, ObjectMaterial, ObjectShape,
+    };
 
     fn ball(name: &str) -> MetalObject {
         MetalObject {
@@ -123,6 +125,7 @@ mod tests {
             material: ObjectMaterial::Named("copper"),
             tracker_from_object: Pose::translation(0.0, 0.0, -700.0),
             most_triangles: DEFAULT_TRIANGLES,
+            tolerance: MaterialTolerance::default(),
         }
     }
 

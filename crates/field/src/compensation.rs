@@ -176,6 +176,8 @@ pub struct Tally {
     pub ambiguous: usize,
     pub folded: usize,
     pub not_converged: usize,
+    /// Where the tracker reads nothing.
+    pub in_metal: usize,
     pub rejected: usize,
     pub outside: usize,
     /// The farthest that an answer is from its reading.
@@ -198,6 +200,7 @@ impl Tally {
                 }
                 InverseState::Folded { .. } => tally.folded += 1,
                 InverseState::NotConverged => tally.not_converged += 1,
+                InverseState::NoReading => tally.in_metal += 1,
                 InverseState::Rejected => tally.rejected += 1,
             }
             if let Some(pose) = found.pose {
@@ -218,6 +221,7 @@ impl Tally {
             count("ambiguous", "of these ambiguous", self.ambiguous),
             count("folded", "folded", self.folded),
             count("not_converged", "not converged", self.not_converged),
+            count("in_metal", "in metal", self.in_metal),
             count("rejected", "rejected", self.rejected),
             count("outside", "outside the model's box", self.outside),
             number("largest_correction_mm", LARGEST, self.largest_correction_mm, 4, "mm"),
@@ -232,6 +236,7 @@ impl Tally {
         self.ambiguous += other.ambiguous;
         self.folded += other.folded;
         self.not_converged += other.not_converged;
+        self.in_metal += other.in_metal;
         self.rejected += other.rejected;
         self.outside += other.outside;
         self.largest_correction_mm = self.largest_correction_mm.max(other.largest_correction_mm);

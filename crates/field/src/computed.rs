@@ -8,6 +8,7 @@ use super::evaluation::Linearization;
 use super::evaluation::{Coefficient, Evaluation};
 use super::field_point::FieldPoint;
 use super::gaussian::Kriging;
+use super::generator::Generator;
 use super::harmonic::HarmonicModel;
 use super::made_once::made_once;
 use super::samples::PoseError;
@@ -45,6 +46,39 @@ pub trait PoseErrors: fmt::Debug + Send + Sync {
         axes: &[Unit<Vector3<f64>>],
         out: &mut [Option<Coefficient>],
     );
+
+    /// The coils whose disturbed fields the errors are made of; none where they are made in another way.
+    fn coils(&self) -> Option<MadeOfCoils<'_>> {
+        None
+    }
+}
+
+/// What disturbs the fields of a generator's coils.
+pub trait DisturbedCoils: Sync {
+    fn generator(&self) -> &Generator;
+
+    /// What is added to the field of every coil at a place; `None` in metal.
+    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>>;
+}
+
+/// Coils whose disturbed fields make errors.
+#[derive(Clone, Copy)]
+pub struct MadeOfCoils<'a> {
+    pub coils: &'a dyn DisturbedCoils,
+    /// Whether others are added to them, which vary little where the metal's vary much.
+    pub has_others: bool,
+}
+
+impl DisturbedCoils for HarmonicModel {
+    fn generator(&self) -> &Generator {
+        Self::generator(self)
+    }
+
+    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>> {
+        let mut fields = vec![Vector3::zeros(); Self::generator(self).coils.len()];
+        Self::disturbance(self, p, &mut fields);
+        Some(fields)
+    }
 }
 
 impl PoseErrors for HarmonicModel {
@@ -55,6 +89,10 @@ impl PoseErrors for HarmonicModel {
         out: &mut [Option<Coefficient>],
     ) {
         Self::axis_errors(self, positions_mm, axes, out);
+    }
+
+    fn coils(&self) -> Option<MadeOfCoils<'_>> {
+        Some(MadeOfCoils { coils: self, has_others: false })
     }
 }
 
@@ -110,6 +148,15 @@ impl ComputedField {
     /// What computes the field.
     pub fn source(&self) -> &FieldSource {
         &self.source
+    }
+
+    /// The coils whose disturbed fields the errors are made of.
+    pub fn coils(&self) -> Option<MadeOfCoils<'_>> {
+        match &self.source {
+            FieldSource::Harmonic(model) => PoseErrors::coils(model.as_ref()),
+            FieldSource::Simulated(source) => source.coils(),
+            FieldSource::Kriging(_) | FieldSource::Of(_) => None,
+        }
     }
 
     /// The compiled form, where the field has one.
@@ -288,8 +335,8 @@ impl ComputedField {
     }
 
     /// What the field can be over a part of the box, an interval a coordinate of the unit cube. From
-    /// the coefficients of a compiled form; of a harmonic model from its slopes at places and axes,
-    /// `BETWEEN_SAMPLES` times as large.
+    /// the coefficients of a compiled form; of others from their slopes at places and axes, `BETWEEN_SAMPLES` times
+    /// as large.
     pub fn bounds_over(&self, intervals: [[f64; 2]; 3]) -> FieldBounds {
         if let Some(field) = self.compiled() {
             return field.bounds_over(intervals);

@@ -10,8 +10,8 @@ use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::number::shortest;
 use trackwright_metal::material::{Material, NAMED_MATERIALS};
 use trackwright_metal::setup::{
-    DEFAULT_FREQUENCY_HZ, DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectMesh, ObjectShape,
-    RoomMetal,
+    DEFAULT_FREQUENCY_HZ, DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial,
+    ObjectMesh, ObjectShape, RoomMetal,
 };
 
 #[derive(Deserialize)]
@@ -30,6 +30,14 @@ struct ObjectEntry {
     material: MaterialEntry,
     pose: PoseEntry,
     triangles: Option<usize>,
+    tolerance: Option<ToleranceEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Tolerance", deny_unknown_fields)]
+struct ToleranceEntry {
+    conductivity: Option<f64>,
+    permeability: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -72,6 +80,13 @@ impl ObjectEntry {
             material: self.material.check(&place)?,
             tracker_from_object: self.pose.check(&format!("{place}: pose"))?,
             most_triangles: self.triangles.unwrap_or(DEFAULT_TRIANGLES),
+            tolerance: self.tolerance.map_or(MaterialTolerance::default(), |tolerance| {
+                let usual = MaterialTolerance::default();
+                MaterialTolerance {
+                    conductivity: tolerance.conductivity.unwrap_or(usual.conductivity),
+                    permeability: tolerance.permeability.unwrap_or(usual.permeability),
+                }
+            }),
             name: self.name,
         })
     }
@@ -149,8 +164,15 @@ fn line(object: &MetalObject) -> String {
             material.relative_permeability()
         ),
     };
+    let MaterialTolerance { conductivity, permeability } = object.tolerance;
+    let tolerance = match object.tolerance == MaterialTolerance::default() {
+        true => String::new(),
+        false => {
+            format!("tolerance: (conductivity: {conductivity:?}, permeability: {permeability:?}), ")
+        }
+    };
     format!(
-        "(name: {}, shape: {shape}, material: {material}, triangles: {}, pose: {})",
+        "(name: {}, shape: {shape}, material: {material}, {tolerance}triangles: {}, pose: {})",
         ron_text::string(&object.name),
         object.most_triangles,
         ron_text::pose(&object.tracker_from_object)
@@ -174,12 +196,13 @@ pub(super) mod tests {
             material,
             tracker_from_object: Pose::translation(1.0 / 3.0, -1e-9, -600.0),
             most_triangles: 600,
+            tolerance: MaterialTolerance::default(),
         };
         let mesh = ObjectMesh {
             reference: MeshReference { file: "c-arm.stl".to_owned(), unit: Some(MeshUnit::Inch) },
             surface: Arc::new(SurfaceMesh::default()),
         };
-        RoomMetal {
+        let mut metal = RoomMetal {
             frequency_hz: 12_345.6,
             objects: vec![
                 object(
@@ -200,7 +223,9 @@ pub(super) mod tests {
                 object("C-arm", ObjectShape::Mesh(mesh), ObjectMaterial::Named("steel-304")),
             ],
             ..RoomMetal::empty(Generator::planar_nine())
-        }
+        };
+        metal.objects[2].tolerance = MaterialTolerance { conductivity: 0.1, permeability: 0.5 };
+        metal
     }
 
     fn text() -> String {
@@ -242,6 +267,8 @@ pub(super) mod tests {
                 | metal.objects[0] "plate \"1\"": found the material "cheese", expected aluminium,
                 | copper, titanium, steel-303, steel-304, steel-316, steel-416, bronze, ferrite
             conductivity: 1000000.0 => conductivity: -1 | …conductivity is -1 S/m…
+            tolerance: (conductivity: 0.1 => tolerance: (conductivity: -0.1
+                | …rod: a tolerance of -0.1, expected 0 to 99…
             radius: 30.0 => radius: NaN | …ball: radius is NaN mm…
             name: "ball" => name: "rod" | …the name "rod" is that of two objects…
             frequency: 12345.6 => frequency: -1 | …frequency is -1 Hz…

@@ -2,7 +2,9 @@
 
 use crate::boundary::{BoundaryBody, BoundaryError, BoundaryShape};
 use crate::material::{Material, MaterialError, check_frequency};
+use crate::panel::FULL_ANGLE;
 use crate::sphere::{SphereError, SphereResponse};
+use nalgebra::Matrix3;
 use std::sync::Arc;
 use trackwright_task::Task;
 
@@ -122,6 +124,20 @@ impl MetalBody {
 
     pub fn model(&self) -> &ResponseModel {
         &self.model
+    }
+
+    /// The moments that even fields of unit strength along x, y and z bring about, a column each, in the body's
+    /// frame; in phase, and what lags where fields go as `e^(iωt)`.
+    pub fn moments_mm3(&self) -> [Matrix3<f64>; 2] {
+        match &self.solver {
+            Solver::None => [Matrix3::zeros(); 2],
+            Solver::Sphere(sphere) => {
+                let ratio = sphere.complex_ratio(1);
+                let by = -FULL_ANGLE * sphere.radius_mm().powi(3);
+                [ratio.re, ratio.im].map(|part| Matrix3::from_diagonal_element(part * by))
+            }
+            Solver::Surface(body) => body.moments_mm3(),
+        }
     }
 
     pub(crate) fn solver(&self) -> &Solver {

@@ -4,13 +4,14 @@
 //! A cell is fitted when the first pose is in it, and always the same way, so that a pose's error does not
 //! depend on what was evaluated before.
 
-use crate::harmonics::{Disturbed, Sampling};
+use crate::harmonics::Sampling;
 use nalgebra::{Point3, Unit, Vector3};
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
-use trackwright_field::computed::PoseErrors;
+use trackwright_field::computed::{DisturbedCoils, MadeOfCoils, PoseErrors};
 use trackwright_field::evaluation::Coefficient;
+use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::HarmonicModel;
 use trackwright_geometry::bounds::Bounds;
 
@@ -60,7 +61,7 @@ enum Content {
 }
 
 /// Errors in fields of metal of which it is known how near it is.
-pub(crate) trait NearMetal: Disturbed + PoseErrors {
+pub(crate) trait NearMetal: DisturbedCoils + PoseErrors {
     /// A distance that no metal is nearer than.
     fn distance_mm(&self, p: &Point3<f64>) -> f64;
 }
@@ -144,7 +145,24 @@ impl Cell {
     }
 }
 
+impl<E: NearMetal> DisturbedCoils for Cells<E> {
+    fn generator(&self) -> &Generator {
+        self.errors.generator()
+    }
+
+    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>> {
+        match self.harmonics(p) {
+            Some(model) => DisturbedCoils::disturbance(model, p),
+            None => self.errors.disturbance(p),
+        }
+    }
+}
+
 impl<E: NearMetal> PoseErrors for Cells<E> {
+    fn coils(&self) -> Option<MadeOfCoils<'_>> {
+        Some(MadeOfCoils { coils: self, has_others: false })
+    }
+
     fn axis_errors(
         &self,
         positions_mm: &[Point3<f64>],

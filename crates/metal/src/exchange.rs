@@ -9,6 +9,7 @@ use crate::body::Solver;
 use crate::boundary::BoundaryBody;
 use crate::mixing::Mixing;
 use crate::panel::Panel;
+use crate::phase::with_no_lag;
 use crate::sphere::multipoles::SphereBody;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -105,12 +106,21 @@ impl Answer {
         }
     }
 
-    /// Unknowns that answer the normal field at the samples.
-    pub(crate) fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+    /// Unknowns in phase that answer a normal field at the samples.
+    fn in_phase(&self, normal_field: &Mat<f64>) -> Mat<f64> {
         match self {
             Self::None => Mat::zeros(0, normal_field.ncols()),
-            Self::Sphere(sphere) => sphere.moments(normal_field.as_ref()),
-            Self::Surface(body) => body.answer(normal_field),
+            Self::Sphere(sphere) => sphere.answer().in_phase_of(normal_field),
+            Self::Surface(body) => body.answer().in_phase_of(&body.without_mean(normal_field)),
+        }
+    }
+
+    /// Likewise of fields in phase and fields that lag, one half of the columns each.
+    fn both(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+        match self {
+            Self::None => Mat::zeros(0, normal_field.ncols()),
+            Self::Sphere(sphere) => sphere.answer().of_both(normal_field),
+            Self::Surface(body) => body.answer().of_both(&body.without_mean(normal_field)),
         }
     }
 
@@ -266,12 +276,13 @@ pub(crate) fn exchange(
     if !normal_fields.iter().all(|field| is_finite(field)) {
         return Err(ExchangeError::NotFinite);
     }
-    let mut unknowns: Vec<Mat<f64>> =
-        answers.iter().zip(normal_fields).map(|(answer, field)| answer.answer(field)).collect();
     let mut report = ExchangeReport::default();
+    let each = answers.iter().zip(normal_fields);
     if couplings.iter().flatten().all(Option::is_none) {
-        return Ok((unknowns, report));
+        return Ok((each.map(|(answer, field)| answer.in_phase(field)).collect(), report));
     }
+    let mut unknowns: Vec<Mat<f64>> =
+        each.map(|(answer, field)| answer.both(&with_no_lag(field))).collect();
     let coils = normal_fields.first().map_or(0, |field| field.ncols());
     let mut mixing: Vec<Mixing> = (0..coils).map(|_| Mixing::default()).collect();
     for rounds in 1..=MAX_ROUNDS {
@@ -280,20 +291,21 @@ pub(crate) fn exchange(
             if task.cancel.is_cancelled() {
                 return Err(Cancelled.into());
             }
-            let mut field = Mat::clone(&normal_fields[i]);
+            let mut field = with_no_lag(&normal_fields[i]);
             for (other, coupling) in unknowns.iter().zip(&couplings[i]) {
                 if let Some(coupling) = coupling {
                     let (one, par) = (1.0, Par::Seq);
                     matmul(field.as_mut(), Accum::Add, coupling.as_ref(), other.as_ref(), one, par);
                 }
             }
-            unknowns[i] = answer.answer(&field);
+            unknowns[i] = answer.both(&field);
         }
         let after: Vec<DVector<f64>> = (0..coils).map(|coil| stacked(&unknowns, coil)).collect();
         let changes = before.iter().zip(&after).map(|(before, after)| change(before, after));
         report = ExchangeReport { rounds, change: changes.fold(0.0, f64::max) };
         if report.change <= STAYS {
-            return Ok((unknowns, report));
+            let in_phase = |of: Mat<f64>| of.as_ref().subcols(0, coils).to_owned();
+            return Ok((unknowns.into_iter().map(in_phase).collect(), report));
         }
         if !report.change.is_finite() {
             break;
@@ -306,18 +318,23 @@ pub(crate) fn exchange(
     Err(ExchangeError::NoConvergence { rounds, change })
 }
 
-/// Unknowns of all bodies for one coil.
+/// Unknowns of all bodies for one coil, in phase and what lags.
 fn stacked(unknowns: &[Mat<f64>], coil: usize) -> DVector<f64> {
-    let count = unknowns.iter().map(Mat::nrows).sum();
-    let all = unknowns.iter().flat_map(|of_body| of_body.col(coil).iter().copied());
-    DVector::from_iterator(count, all)
+    let count: usize = unknowns.iter().map(Mat::nrows).sum();
+    let parts = |of: &Mat<f64>| [coil, coil + of.ncols() / 2];
+    let all = unknowns.iter().flat_map(|of_body| {
+        parts(of_body).into_iter().flat_map(|column| of_body.col(column).iter().copied())
+    });
+    DVector::from_iterator(2 * count, all)
 }
 
 fn unstack(stacked: &DVector<f64>, coil: usize, unknowns: &mut [Mat<f64>]) {
     let mut values = stacked.iter();
     for of_body in unknowns {
-        for (unknown, value) in of_body.col_mut(coil).iter_mut().zip(&mut values) {
-            *unknown = *value;
+        for column in [coil, coil + of_body.ncols() / 2] {
+            for (unknown, value) in of_body.col_mut(column).iter_mut().zip(&mut values) {
+                *unknown = *value;
+            }
         }
     }
 }

@@ -7,15 +7,17 @@ use crate::body::{BodyError, MetalBody, MetalShape, ResponseModel};
 use crate::boundary::BoundaryShape;
 use crate::cells::{Cells, NearMetal};
 use crate::exchange::ExchangeReport;
-use crate::harmonics::{Disturbed, Sampling};
+use crate::harmonics::Sampling;
 use crate::room::{MetalRoom, PlacedBody, RoomError};
-use crate::setup::{MIN_TRIANGLES, MetalObject, ObjectShape, RoomMetal, SetupError};
+use crate::setup::{
+    MIN_TRIANGLES, MaterialTolerance, MetalObject, ObjectShape, RoomMetal, SetupError, ShapeKey,
+};
 use crate::shapes;
 use crate::surface::{ClosedSurface, MAX_TRIANGLES, SurfaceError};
-use crate::uncertainty::computed;
+use crate::uncertainty::{computed, material_std};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
-use trackwright_field::computed::{FieldSource, PoseErrors};
+use trackwright_field::computed::{DisturbedCoils, FieldSource, MadeOfCoils, PoseErrors};
 use trackwright_field::evaluation::Coefficient;
 use trackwright_field::generator::Generator;
 use trackwright_field::generator::reading::axis_error;
@@ -126,6 +128,7 @@ impl FurnishError {
                 SetupError::NameTwice(name)
                 | SetupError::Shape { name, .. }
                 | SetupError::Triangles { name, .. }
+                | SetupError::Tolerance { name, .. }
                 | SetupError::Pose { name },
             )
             | Self::Surface { name, .. }
@@ -168,13 +171,14 @@ fn named(cause: &RoomError, names: &[String]) -> String {
 pub struct Furnisher {
     shapes: Vec<(ShapeKey, Arc<BoundaryShape>)>,
     bodies: Vec<(BodyKey, Arc<MetalBody>)>,
+    /// How much bodies change with what is not known of their materials.
+    spreads: Vec<((BodyKey, MaterialTolerance), Arc<f64>)>,
     sampling: Option<Arc<Sampling>>,
     last: Option<Arc<MetalRoom>>,
     /// The same with other triangles.
     last_second: Option<Arc<MetalRoom>>,
 }
 
-type ShapeKey = (ObjectShape, usize);
 type BodyKey = (ShapeKey, crate::material::Material, f64);
 
 /// Shapes and bodies that are kept: those of the largest room twice, before and after a change, with two
@@ -229,7 +233,8 @@ impl Furnisher {
         let last = self.last.as_deref();
         let room = Arc::new(solved(last, bare, metal, placed, &task.subtask(0.7, 0.8))?);
         self.last = Some(Arc::clone(&room));
-        let solution_error = self.solution_error(&room, bare, metal, &task.subtask(0.8, 1.0))?;
+        let solution_error = self.solution_error(&room, bare, metal, &task.subtask(0.8, 0.9))?;
+        let material_std = self.material_std(metal, &task.subtask(0.9, 1.0))?;
 
         let of_same_coils = match bare.model.computed().map(|computed| computed.source()) {
             Some(FieldSource::Harmonic(model)) => {
@@ -269,7 +274,7 @@ impl Furnisher {
         };
         let environment = Environment {
             model: DistortionModel::of_source(source, MapKind::Distortion, *bounds),
-            metal: Some(computed(metal, &bare.model, solution_error)),
+            metal: Some(computed(&bare.model, material_std, solution_error)),
             ..Environment::clone(bare)
         };
         Ok(Furnished { environment: Arc::new(environment), room: Some(room), report })
@@ -357,35 +362,69 @@ impl Furnisher {
         Ok(error.max(LEAST_ERROR))
     }
 
+    /// The largest of all objects, by half their triangles: how much a response changes with the material settles
+    /// long before the response does.
+    fn material_std(&mut self, metal: &RoomMetal, task: &Task) -> Result<f64, FurnishError> {
+        let mut largest = 0.0_f64;
+        for (done, object) in metal.objects.iter().enumerate() {
+            task.step(done, metal.objects.len())?;
+            let most_triangles = (object.most_triangles / 2).max(MIN_TRIANGLES);
+            let coarse = MetalObject { most_triangles, ..object.clone() };
+            let key =
+                ((coarse.key(), object.material.material(), metal.frequency_hz), object.tolerance);
+            let found = match kept(&mut self.spreads, &key) {
+                Some(found) => found,
+                None => {
+                    let quiet = Task::cancelled_by(task.cancel.clone());
+                    let shape = match self.shape(&coarse, &quiet) {
+                        Ok(shape) => shape,
+                        // A mesh that needs all its triangles.
+                        Err(_) => self.shape(object, &quiet)?,
+                    };
+                    let (_, material, frequency_hz) = &key.0;
+                    let found = material_std(&shape, material, &key.1, *frequency_hz, &quiet);
+                    let name = || object.name.clone();
+                    let of_body = |cause| FurnishError::Body { name: name(), cause };
+                    let found = Arc::new(found.map_err(of_body)?);
+                    keep(&mut self.spreads, key, &found);
+                    found
+                }
+            };
+            largest = largest.max(*found);
+        }
+        Ok(largest)
+    }
+
     fn body(
         &mut self,
         object: &MetalObject,
         frequency_hz: f64,
         task: &Task,
     ) -> Result<Arc<MetalBody>, FurnishError> {
-        let shape_key = (object.shape.clone(), object.most_triangles);
-        let key = (shape_key.clone(), object.material.material(), frequency_hz);
+        let key = (object.key(), object.material.material(), frequency_hz);
         if let Some(body) = kept(&mut self.bodies, &key) {
             return Ok(body);
         }
-        let shape = match object.shape {
-            ObjectShape::Sphere { radius_mm } => MetalShape::Sphere { radius_mm },
-            _ => MetalShape::Surface(match kept(&mut self.shapes, &shape_key) {
-                Some(shape) => shape,
-                None => {
-                    let surface = surface(object, &task.subtask(0.0, 0.4))?;
-                    let shape = BoundaryShape::new(surface, &task.subtask(0.4, 0.7))?;
-                    let shape = Arc::new(shape);
-                    keep(&mut self.shapes, shape_key, &shape);
-                    shape
-                }
-            }),
-        };
+        let shape = self.shape(object, &task.subtask(0.0, 0.7))?;
         let body = MetalBody::new(shape, key.1, frequency_hz, &task.subtask(0.7, 1.0));
         let name = || object.name.clone();
         let body = Arc::new(body.map_err(|cause| FurnishError::Body { name: name(), cause })?);
         keep(&mut self.bodies, key, &body);
         Ok(body)
+    }
+
+    fn shape(&mut self, object: &MetalObject, task: &Task) -> Result<MetalShape, FurnishError> {
+        if let ObjectShape::Sphere { radius_mm } = object.shape {
+            return Ok(MetalShape::Sphere { radius_mm });
+        }
+        let key = object.key();
+        if let Some(shape) = kept(&mut self.shapes, &key) {
+            return Ok(MetalShape::Surface(shape));
+        }
+        let surface = surface(object, &task.subtask(0.0, 0.6))?;
+        let shape = Arc::new(BoundaryShape::new(surface, &task.subtask(0.6, 1.0))?);
+        keep(&mut self.shapes, key, &shape);
+        Ok(MetalShape::Surface(shape))
     }
 }
 
@@ -472,7 +511,7 @@ struct DirectErrors {
     beside: Option<Arc<HarmonicModel>>,
 }
 
-impl Disturbed for DirectErrors {
+impl DisturbedCoils for DirectErrors {
     fn generator(&self) -> &Generator {
         self.room.generator()
     }
@@ -523,6 +562,10 @@ struct AddedErrors {
 }
 
 impl PoseErrors for AddedErrors {
+    fn coils(&self) -> Option<MadeOfCoils<'_>> {
+        Some(MadeOfCoils { has_others: true, ..self.metal.coils()? })
+    }
+
     fn axis_errors(
         &self,
         positions_mm: &[Point3<f64>],

@@ -2,9 +2,9 @@
 //! other places.
 
 use faer::Mat;
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
-use trackwright_field::generator::Generator;
+use trackwright_field::computed::DisturbedCoils;
 use trackwright_field::generator::reading::{LEVER_MM, axis_error};
 use trackwright_field::harmonic::HarmonicModel;
 use trackwright_field::harmonic::solid_harmonics::{MAX_DEGREE, gradients, terms};
@@ -27,14 +27,6 @@ const FITTED: usize = 140;
 
 /// Other places, each with 13 axes.
 const COMPARED: usize = 12;
-
-/// What disturbs the fields of a generator's coils.
-pub(crate) trait Disturbed {
-    fn generator(&self) -> &Generator;
-
-    /// What is added to the field of every coil at a place; `None` in metal.
-    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>>;
-}
 
 /// Where a box is sampled, and the equations of that: the same for all boxes of its proportions, whatever
 /// metal is around them.
@@ -85,7 +77,7 @@ impl Sampling {
 
     /// Harmonics of the least degree that is near enough to `field` in a box of these proportions; `None`
     /// where none is, and where metal is in the box.
-    pub fn fit(&self, bounds: &Bounds, field: &dyn Disturbed) -> Option<Arc<HarmonicModel>> {
+    pub fn fit(&self, bounds: &Bounds, field: &dyn DisturbedCoils) -> Option<Arc<HarmonicModel>> {
         let at = |unit: &Vector3<f64>| bounds.min_mm + bounds.size_mm().component_mul(unit);
         let sampled: Option<Vec<_>> =
             self.fitted.iter().map(|unit| field.disturbance(&at(unit))).collect();

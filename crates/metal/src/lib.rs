@@ -53,6 +53,7 @@ mod mixing;
 pub mod new_object;
 pub mod panel;
 mod panel_lanes;
+mod phase;
 pub mod room;
 pub mod setup;
 pub mod shapes;

@@ -1,7 +1,9 @@
 //! New objects of a room: their shapes, and where they are put at first.
 
 use crate::material::NAMED_MATERIALS;
-use crate::setup::{DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal};
+use crate::setup::{
+    DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+};
 use nalgebra::{Point3, Vector3};
 use trackwright_field::generator::Coil;
 use trackwright_geometry::bounds::Bounds;
@@ -47,6 +49,7 @@ impl RoomMetal {
             shape,
             material: ObjectMaterial::Named(NAMED_MATERIALS[0].key),
             most_triangles: DEFAULT_TRIANGLES,
+            tolerance: MaterialTolerance::default(),
         }
     }
 

@@ -225,7 +225,9 @@ mod tests {
     use trackwright_field::samples::MapKind;
     use trackwright_field::{DistortionModel, OutsidePolicy};
     use trackwright_geometry::volume::Volume;
-    use trackwright_metal::setup::{DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape};
+    use trackwright_metal::setup::{
+        DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape,
+    };
 
     fn ideal() -> Arc<Environment> {
         let volume = Volume::AuroraCube;
@@ -259,6 +261,7 @@ mod tests {
             material: ObjectMaterial::Named("copper"),
             tracker_from_object: Pose::translation(0.0, y_mm, -300.0),
             most_triangles: DEFAULT_TRIANGLES,
+            tolerance: MaterialTolerance::default(),
         };
         RoomMetal { objects: vec![ball], ..RoomMetal::empty(Generator::planar_nine()) }
     }

@@ -12,7 +12,7 @@ use trackwright_field::generator::Generator;
 use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_geometry::pose::Pose;
 use trackwright_metal::setup::{
-    DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+    DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 
 /// Beside the patient, who is at x = −50.
@@ -32,6 +32,7 @@ fn with_plate() -> (Copied, OrbitCamera) {
         material: ObjectMaterial::Named("aluminium"),
         tracker_from_object: Pose::from(Vector3::from(PLATE_MM)),
         most_triangles: DEFAULT_TRIANGLES,
+        tolerance: MaterialTolerance::default(),
     };
     let empty = RoomMetal::empty(Generator::planar_nine());
     let metal = Arc::new(RoomMetal { objects: vec![plate], ..empty });

@@ -20,7 +20,7 @@ use trackwright_geometry::volume::Volume;
 use trackwright_metal::furnished::{Furnished, Furnisher};
 use trackwright_metal::room::MetalRoom;
 use trackwright_metal::setup::{
-    DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+    DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 use trackwright_task::Task;
 
@@ -70,6 +70,7 @@ fn furnished(most: usize, at: Pose, task: &Task) -> Result<Furnished, Box<dyn Er
         material: ObjectMaterial::Named("ferrite"),
         tracker_from_object: at,
         most_triangles: most,
+        tolerance: MaterialTolerance::default(),
     };
     let metal = RoomMetal { objects: vec![plate], ..RoomMetal::empty(Generator::planar_nine()) };
     let ideal = DistortionModel::zero(VOLUME.bounds(), MapKind::Distortion);

@@ -7,7 +7,9 @@ use trackwright_field::generator::Generator;
 use trackwright_geometry::movement::Movement;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_metal::new_object::NewShape;
-use trackwright_metal::setup::{DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, RoomMetal};
+use trackwright_metal::setup::{
+    DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, RoomMetal,
+};
 
 /// A design whose frames are turned against each other.
 fn turned_design() -> Design {
@@ -164,6 +166,7 @@ fn metal_moves_about_its_own_handle() {
             UnitQuaternion::from_euler_angles(0.4, 0.1, -0.9),
         ),
         most_triangles: DEFAULT_TRIANGLES,
+        tolerance: MaterialTolerance::default(),
     };
     let room = RoomMetal::empty(Generator::planar_nine());
     before.room_metal = Some(Arc::new(RoomMetal { objects: vec![object.clone()], ..room }));

@@ -123,6 +123,13 @@ impl Generator {
         })
     }
 
+    /// The field of every coil at a point.
+    pub fn own_fields(&self, p: &Point3<f64>) -> Vec<Vector3<f64>> {
+        let mut fields = vec![Vector3::zeros(); self.coils.len()];
+        self.field(p, &mut fields);
+        fields
+    }
+
     /// Fields of all coils at a point of the tracker frame, in mm⁻³.
     ///
     /// # Panics

@@ -7,12 +7,15 @@ mod nets;
 mod newton;
 mod regions;
 mod search;
+mod signals;
 mod slopes;
 #[cfg(test)]
 mod tests;
 mod triangles;
 
+use super::computed::DisturbedCoils;
 use super::evaluation::OutsidePolicy;
+use super::generator::reading::axis_error;
 use super::model::DistortionModel;
 use super::samples::PoseError;
 use contraction::{Contraction, Stepped};
@@ -21,6 +24,7 @@ use newton::{Found, Newton, SINGULAR};
 use rayon::prelude::*;
 use regions::{Possible, Regions};
 use search::Search;
+use signals::Signals;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -32,6 +36,9 @@ pub use equations::{AXIS_TOLERANCE_RAD, POSITION_TOLERANCE_MM};
 /// Readings that one core takes at a time: enough for a batch to have full lanes in most of its
 /// triangles.
 const CHUNK: usize = 1024;
+
+/// The same where other answers are looked for, which takes most of the time.
+const SEARCHED_CHUNK: usize = 32;
 
 /// The pose behind a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +66,8 @@ pub enum InverseState {
     Folded { determinant: f64 },
     /// The equations do not hold anywhere that was searched.
     NotConverged,
+    /// The search ended where the tracker reads nothing, as in metal.
+    NoReading,
     /// The answer lies outside the box, and the policy leaves such out.
     Rejected,
 }
@@ -111,6 +120,8 @@ pub fn undistort(
 pub struct Inverse<'a> {
     newton: Newton<'a>,
     regions: Regions,
+    /// Where the errors are made of coils' fields.
+    signals: Option<Signals>,
 }
 
 impl<'a> Inverse<'a> {
@@ -122,13 +133,14 @@ impl<'a> Inverse<'a> {
             outside,
             mm_per_rad: if diagonal_mm > 0.0 { diagonal_mm } else { 1.0 },
         };
-        Self { newton, regions: Regions::of(model, outside) }
+        let signals = newton.coils().map(|made| Signals::of(made.coils, model.bounds()));
+        Self { newton, regions: Regions::of(model, outside), signals }
     }
 
     /// Whether no two poses in the box can read the same, as the coefficients alone show; a
     /// model that is extrapolated is looked at a quarter of its box further on each side.
     pub fn is_one_to_one(&self) -> bool {
-        self.regions.is_certain_everywhere()
+        self.signals.is_none() && self.regions.is_certain_everywhere()
     }
 
     /// The poses behind readings, on all cores; the answers do not depend on how many.
@@ -138,7 +150,8 @@ impl<'a> Inverse<'a> {
     pub fn undistort(&self, measured: &[Pose], task: &Task) -> Result<Vec<Undistorted>, Cancelled> {
         let done = AtomicUsize::new(0);
         let mut found = vec![Undistorted::NOTHING; measured.len()];
-        found.par_chunks_mut(CHUNK).zip(measured.par_chunks(CHUNK)).try_for_each_init(
+        let chunk = if self.signals.is_some() { SEARCHED_CHUNK } else { CHUNK };
+        found.par_chunks_mut(chunk).zip(measured.par_chunks(chunk)).try_for_each_init(
             Contraction::default,
             |contraction, (found, chunk)| {
                 self.undistort_chunk(contraction, chunk, found, task)?;
@@ -175,22 +188,40 @@ impl<'a> Inverse<'a> {
             &tolerances,
             |i| places[i].is_finite() && possible(i).is_certain(),
             |i, stepped| {
-                if stepped.has_settled {
+                let is_read = self.newton.is_read(stepped.is_inside, &stepped.place);
+                let has_settled = stepped.has_settled && is_read;
+                let others = self.others(&places[i], has_settled.then_some(&stepped.place));
+                if has_settled && others.is_empty() {
                     found[i] = self.settled(&measured[i], possible(i), &stepped);
                 } else {
-                    starts.push((i, Some(stepped.place)));
+                    starts.push((i, Some(stepped.place), others));
                 }
             },
         );
         let uncertain = (0..places.len()).filter(|&i| !possible(i).is_certain());
-        starts.extend(uncertain.filter(|&i| places[i].is_finite()).map(|i| (i, None)));
-        for (i, start) in starts {
+        starts.extend(uncertain.filter(|&i| places[i].is_finite()).map(|i| (i, None, Vec::new())));
+        for (i, start, others) in starts {
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            found[i] = self.searched(&measured[i], &places[i], &tolerances[i], start, possible(i));
+            let search = self.search(&places[i], &tolerances[i], start, others, possible(i));
+            found[i] = self.found(&measured[i], &places[i], &search, possible(i));
         }
         Ok(())
+    }
+
+    /// Poses by the coils' signals that may read the same as a reading, but for one that is known.
+    fn others(&self, reading: &AxisPose, known: Option<&AxisPose>) -> Vec<AxisPose> {
+        let (Some(signals), Some(made)) = (&self.signals, self.newton.coils()) else {
+            return Vec::new();
+        };
+        let of_coils = match made.has_others {
+            true => self.without_others(made.coils, reading),
+            false => *reading,
+        };
+        let mut all = signals.solutions(made.coils, &of_coils, known);
+        all.retain(|pose| known.is_none_or(|known| !search::is_same(&self.newton, pose, known)));
+        all
     }
 
     /// Of each reading, where its answers can be; nothing where all have one only.
@@ -232,23 +263,48 @@ impl<'a> Inverse<'a> {
         }
     }
 
-    fn searched(
+    /// A reading as it would be by the coils alone, by what is added to their errors there.
+    fn without_others(&self, coils: &dyn DisturbedCoils, reading: &AxisPose) -> AxisPose {
+        let Newton { model, outside, .. } = self.newton;
+        let AxisPose { position_mm, axis } = reading;
+        let of_coils = coils
+            .disturbance(position_mm)
+            .and_then(|added| axis_error(coils.generator(), position_mm, axis, &added).ok());
+        let Some(of_coils) = of_coils else { return *reading };
+        let all = model.evaluate(position_mm, axis, outside).error;
+        let others = PoseError {
+            position_mm: all.position_mm - of_coils.position_mm,
+            rotation_rad: all.rotation_rad - of_coils.rotation_rad,
+        };
+        contraction::stepped(reading, &others)
+    }
+
+    fn search(
         &self,
-        measured: &Pose,
         place: &AxisPose,
         tolerance: &Tolerance,
         start: Option<AxisPose>,
+        others: Vec<AxisPose>,
         possible: &Possible,
-    ) -> Undistorted {
+    ) -> Search {
         let Newton { model, outside, .. } = self.newton;
         let start = start.unwrap_or_else(|| {
             let at = model.evaluate(&place.position_mm, &place.axis, outside);
             contraction::stepped(place, &at.error)
         });
         let reading = Reading::new(*place);
-        let search = Search::run(&self.newton, possible, &reading, tolerance, start);
+        Search::run(&self.newton, possible, &reading, tolerance, start, others)
+    }
+
+    fn found(
+        &self,
+        measured: &Pose,
+        place: &AxisPose,
+        search: &Search,
+        possible: &Possible,
+    ) -> Undistorted {
         let found = search.best(place).or(search.answers.first()).unwrap_or(&search.first);
-        let state = self.judged(&search, found, possible);
+        let state = self.judged(search, found, possible);
         Undistorted {
             pose: state.has_answer().then(|| answer(measured, &found.place, &found.there.at.error)),
             state,
@@ -262,7 +318,9 @@ impl<'a> Inverse<'a> {
     fn judged(&self, search: &Search, found: &Found, possible: &Possible) -> InverseState {
         let least_determinant = found.least_determinant;
         if !found.is_solution {
-            return if least_determinant <= SINGULAR {
+            return if !self.newton.is_read(found.there.at.is_inside, &found.place) {
+                InverseState::NoReading
+            } else if least_determinant <= SINGULAR {
                 InverseState::Folded { determinant: least_determinant }
             } else {
                 InverseState::NotConverged
@@ -279,7 +337,7 @@ impl<'a> Inverse<'a> {
             let [distance_mm, angle_rad] = search::apart(&found.place, &other.place);
             return InverseState::Ambiguous(Ambiguity::SecondPreimage { distance_mm, angle_rad });
         }
-        if least_determinant <= 0.0 {
+        if least_determinant <= 0.0 && self.signals.is_none() {
             return InverseState::Ambiguous(Ambiguity::FoldOnTheWay { least_determinant });
         }
         if possible.is_too_steep() {

@@ -1,6 +1,7 @@
 //! Damped Newton on the five unknowns behind a reading, watching the sign of the determinant.
 
 use super::equations::{AxisPose, Reading, Remainder, Tolerance};
+use crate::computed::MadeOfCoils;
 use crate::evaluation::Linearization;
 use crate::{DistortionModel, OutsidePolicy};
 use nalgebra::{Matrix5, Vector5};
@@ -60,7 +61,7 @@ struct Iterate {
     merit: f64,
 }
 
-impl Newton<'_> {
+impl<'a> Newton<'a> {
     /// Searches from a guess until the equations hold as exactly as they can.
     pub fn solve(&self, reading: &Reading, start: AxisPose, tolerance: &Tolerance) -> Found {
         let mut at = self.iterate(reading, start);
@@ -99,7 +100,8 @@ impl Newton<'_> {
         let jacobian = self.scaled(&reading.jacobian(&at.place, &at.there));
         Found {
             magnification: jacobian.try_inverse().map_or(f64::INFINITY, |inverse| inverse.norm()),
-            is_solution: at.remainder.is_accepted(tolerance),
+            is_solution: at.remainder.is_accepted(tolerance)
+                && self.is_read(at.there.at.is_inside, &at.place),
             place: at.place,
             there: at.there,
             remainder: at.remainder,
@@ -107,6 +109,20 @@ impl Newton<'_> {
             least_determinant,
             evaluations,
         }
+    }
+
+    /// The coils whose disturbed fields the model's errors are made of.
+    pub fn coils(&self) -> Option<MadeOfCoils<'a>> {
+        self.model.computed()?.coils()
+    }
+
+    /// Whether the tracker reads a pose at a place that is, or is not, inside.
+    pub fn is_read(&self, is_inside: bool, place: &AxisPose) -> bool {
+        let bounds = self.model.bounds();
+        let nearest = bounds.clamp(&place.position_mm);
+        let of_nearest =
+            || self.model.evaluate(&nearest, &place.axis, OutsidePolicy::Clamp).is_inside;
+        is_inside || nearest != place.position_mm && of_nearest()
     }
 
     fn iterate(&self, reading: &Reading, place: AxisPose) -> Iterate {

@@ -16,6 +16,10 @@ const SAME: f64 = 1e-6;
 /// reading is searched by any start.
 const SMALL_TURN_RAD: f64 = 0.2;
 
+/// What is left at an answer that the coils' signals have led to, at most.
+const NEARLY_MM: f64 = 1e-4;
+const NEARLY_RAD: f64 = 1e-6;
+
 /// What a search found.
 pub(super) struct Search {
     /// From the first start, wherever it ended.
@@ -34,19 +38,27 @@ impl Search {
         reading: &Reading,
         tolerance: &Tolerance,
         start: AxisPose,
+        others: Vec<AxisPose>,
     ) -> Self {
         let first = newton.solve(reading, start, tolerance);
         let mut search = Self { first, answers: Vec::new(), evaluations: first.evaluations };
         search.see(newton, first);
-        if possible.is_certain() || possible.is_too_steep() {
-            return search;
-        }
-        for start in starts(newton, possible, &reading.place, &search.first.place) {
+        let is_signals = !others.is_empty();
+        let others = match possible.is_certain() || possible.is_too_steep() {
+            true => others,
+            false => starts(newton, possible, &reading.place, &search.first.place),
+        };
+        for start in others {
             if search.answers.len() > 1 && search.best(&reading.place).is_some() {
                 break;
             }
-            let found = newton.solve(reading, start, tolerance);
+            let mut found = newton.solve(reading, start, tolerance);
             search.evaluations += found.evaluations + 1;
+            // So near to metal that there are no differences, Newton makes nothing more exact.
+            found.is_solution |= is_signals
+                && newton.is_read(found.there.at.is_inside, &found.place)
+                && found.remainder.length_mm() < NEARLY_MM
+                && found.remainder.angle_rad() < NEARLY_RAD;
             search.see(newton, found);
         }
         search
@@ -64,14 +76,17 @@ impl Search {
         let is_excluded = newton.outside == OutsidePolicy::Reject
             && !found.there.at.is_inside
             && !self.answers.is_empty();
-        let is_known = |known: &Found| {
-            let [mm, rad] = apart(&known.place, &found.place);
-            mm <= SAME * newton.mm_per_rad && rad <= SAME
-        };
+        let is_known = |known: &Found| is_same(newton, &known.place, &found.place);
         if found.is_solution && !is_excluded && !self.answers.iter().any(is_known) {
             self.answers.push(found);
         }
     }
+}
+
+/// Whether two answers are one.
+pub(super) fn is_same(newton: &Newton, a: &AxisPose, b: &AxisPose) -> bool {
+    let [mm, rad] = apart(a, b);
+    mm <= SAME * newton.mm_per_rad && rad <= SAME
 }
 
 /// Distance in mm and angle in radians.

@@ -30,12 +30,13 @@ mod tests;
 use crate::factors::Factors;
 use crate::panel::{FULL_ANGLE, Panel};
 use crate::panel_lanes::PanelLanes;
+use crate::phase::InPhaseAndLag;
 use crate::surface::ClosedSurface;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use functions::Functions;
 use layers::real;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use pair::{Pair, Rules};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -46,6 +47,9 @@ const CHUNK: usize = 64;
 
 /// Columns of right sides that a thread takes at a time.
 const COLUMNS: usize = 64;
+
+/// A body's field is that of its moment at so many times the root of its surface's area, to 10⁻⁴.
+const FAR: f64 = 100.0;
 
 /// Why no body was factored.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -78,8 +82,8 @@ pub struct BoundaryShape {
 pub struct BoundaryBody {
     shape: Arc<BoundaryShape>,
     /// From the mean normal field on each triangle: what is added to the flux through each, then to the potential of
-    /// each loop, in phase.
-    answer: Mat<f64>,
+    /// each loop.
+    answer: InPhaseAndLag,
 }
 
 impl BoundaryShape {
@@ -313,24 +317,24 @@ impl BoundaryBody {
                 }
             }
             let found = factors.solve(&right);
-            let mut added: Mat<f64> = Mat::zeros(count + loops, columns.len());
+            let mut added: Mat<c64> = Mat::zeros(count + loops, columns.len());
             for (column, &j) in columns.iter().enumerate() {
                 for (i, own) in functions.fluxes_of.iter().enumerate() {
                     let each = own
                         .iter()
-                        .map(|t| 2.0 * t.by * size_mm * found[(loops + t.number, column)].re);
-                    added[(i, column)] = each.sum::<f64>() - if i == j { 1.0 } else { 0.0 };
+                        .map(|t| found[(loops + t.number, column)] * (2.0 * t.by * size_mm));
+                    added[(i, column)] = each.sum::<c64>() - if i == j { 1.0 } else { 0.0 };
                 }
                 for a in 0..loops {
                     added[(count + a, column)] =
-                        found[(first + a, column)].re - shape.potential[(a, j)];
+                        found[(first + a, column)] - shape.potential[(a, j)];
                 }
             }
             added
         };
         let all: Vec<usize> = (0..count).collect();
         let solving = task.subtask(0.7, 1.0);
-        let parts: Vec<Mat<f64>> = all
+        let parts: Vec<Mat<c64>> = all
             .par_chunks(COLUMNS)
             .map(|columns| match task.cancel.is_cancelled() {
                 true => Err(Cancelled),
@@ -338,8 +342,11 @@ impl BoundaryBody {
             })
             .collect::<Result<_, _>>()?;
         solving.step(1, 1)?;
-        let answer =
-            Mat::from_fn(count + loops, count, |i, j| parts[j / COLUMNS][(i, j % COLUMNS)]);
+        let part = |of: fn(c64) -> f64| {
+            let entry = |i: usize, j: usize| of(parts[j / COLUMNS][(i, j % COLUMNS)]);
+            Mat::from_fn(count + loops, count, entry)
+        };
+        let answer = InPhaseAndLag { in_phase: part(|z| z.re), lag: part(|z| z.im) };
         Ok(Self { shape, answer })
     }
 
@@ -353,12 +360,16 @@ impl BoundaryBody {
 
     /// Added fluxes through triangles, and added potentials of loops.
     pub fn unknowns(&self) -> usize {
-        self.answer.nrows()
+        self.answer.in_phase.nrows()
     }
 
-    /// The unknowns that answer a mean normal field on each panel; a column a coil. The mean over each shell, which a
-    /// field without sources there has not, is left out.
-    pub fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+    /// From a mean normal field on each panel: the unknowns.
+    pub(crate) fn answer(&self) -> &InPhaseAndLag {
+        &self.answer
+    }
+
+    /// Normal fields, a column each, without their mean over each shell, which a field without sources there has not.
+    pub(crate) fn without_mean(&self, normal_field: &Mat<f64>) -> Mat<f64> {
         let surface = self.surface();
         let (panels, shell_of) = (surface.panels(), surface.shell_of());
         let mut fields = normal_field.clone();
@@ -372,7 +383,24 @@ impl BoundaryBody {
                 fields[(i, column)] -= flux[shell] / surface.shells()[shell].area_mm2;
             }
         }
-        &self.answer * &fields
+        fields
+    }
+
+    /// The moments that even fields along x, y and z bring about, a column each; in phase, and what lags.
+    pub fn moments_mm3(&self) -> [Matrix3<f64>; 2] {
+        [&self.answer.in_phase, &self.answer.lag].map(|answer| self.moments_by(answer))
+    }
+
+    fn moments_by(&self, answer: &Mat<f64>) -> Matrix3<f64> {
+        let panels = self.surface().panels();
+        let even = Mat::from_fn(panels.len(), 3, |i, axis| panels[i].normal()[axis]);
+        let far_mm = FAR * self.surface().area_mm2().sqrt();
+        let mut fields = [Vector3::zeros(); 3];
+        let sources = self.sources(&(answer * &even));
+        self.add_fields(&sources, &Point3::new(far_mm, 0.0, 0.0), &mut fields);
+        // A dipole's field along x is twice its moment's x, and opposite to its y and z.
+        let by = FULL_ANGLE * far_mm.powi(3);
+        Matrix3::from_columns(&fields.map(|f| Vector3::new(0.5 * f.x, -f.y, -f.z) * by))
     }
 
     /// Of unknowns: the flux through each panel and its current, four columns a coil.

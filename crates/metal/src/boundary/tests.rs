@@ -9,9 +9,6 @@ use std::f64::consts::{PI, TAU};
 use trackwright_field::generator::dipole::Dipole;
 use trackwright_geometry::mesh::SurfaceMesh;
 
-/// Where a body's field is that of its moment.
-const FAR_MM: f64 = 2e4;
-
 pub(super) fn shape(mesh: &SurfaceMesh) -> Arc<BoundaryShape> {
     let surface = ClosedSurface::new(mesh).unwrap();
     Arc::new(BoundaryShape::new(surface, &Task::default()).unwrap())
@@ -33,7 +30,7 @@ fn added(
         let along = points.iter().map(|p| field(p).dot(panels[i].normal()));
         along.sum::<f64>() / points.len() as f64
     });
-    let sources = body.sources(&body.answer(&right));
+    let sources = body.sources(&body.answer().in_phase_of(&body.without_mean(&right)));
     let each = at.iter().map(|p| {
         let mut field = [Vector3::zeros()];
         body.add_fields(&sources, p, &mut field);
@@ -49,9 +46,8 @@ pub(super) fn moment(
     mu: f64,
     direction: &Vector3<f64>,
 ) -> f64 {
-    let body = body(shape, depth_mm, mu);
-    let field = added(&body, |_| *direction, &[Point3::from(direction * FAR_MM)])[0];
-    field.dot(direction) * FULL_ANGLE * FAR_MM.powi(3) / 2.0
+    let [in_phase, _] = body(shape, depth_mm, mu).moments_mm3();
+    direction.dot(&(in_phase * direction))
 }
 
 const RADIUS_MM: f64 = 60.0;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::setup::{DEFAULT_TRIANGLES, ObjectMaterial};
 use trackwright_field::generator::Generator;
+use trackwright_field::inverse::{InverseState, undistort};
 use trackwright_field::random_models::{Seeded, random_model, room};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -13,6 +14,7 @@ fn plate(name: &str, at: Pose) -> MetalObject {
         material: ObjectMaterial::Named("aluminium"),
         tracker_from_object: at,
         most_triangles: 300,
+        tolerance: MaterialTolerance::default(),
     }
 }
 
@@ -208,5 +210,61 @@ fn the_stated_error_is_that_of_the_triangles() {
         }
         let (stated, error) = (found.report.solution_error, f64::sqrt(wrong / whole));
         assert!((0.5..4.0).contains(&(stated / error)), "{triangles}: {stated} {error}");
+    }
+}
+
+/// Poses over the box, and as many within 40 mm of a place.
+fn poses_near(bounds: &Bounds, near_mm: &Point3<f64>, count: usize) -> Vec<Pose> {
+    let around = Vector3::repeat(40.0);
+    let near = Bounds { min_mm: near_mm - around, max_mm: near_mm + around };
+    let mut seeded = Seeded::new(5);
+    let all = (0..count).map(|k| seeded.pose(if k % 2 == 0 { bounds } else { &near }, 0.0));
+    all.collect()
+}
+
+#[test]
+fn no_pose_near_metal_is_answered_wrongly() {
+    let place = Point3::new(90.0, 40.0, -260.0);
+    let pose = Pose::translation(place.x, place.y, place.z);
+    let rod = ObjectShape::Cylinder { radius_mm: 6.0, length_mm: 120.0 };
+    let rod = MetalObject { shape: rod, most_triangles: 150, ..plate("rod", pose) };
+    let added = random_model(2, DirectionSet::Fourteen, Weighting::Gnomonic, [1.0, 0.005], 3);
+    let measured = Environment {
+        volume: Some(Volume::AuroraCube),
+        ..Environment::of_model("measured", added)
+    };
+    for bare in [ideal(), Arc::new(measured)] {
+        let furnished = furnish(&bare, &metal(vec![rod.clone()]));
+        let model = &furnished.environment.model;
+        let all = poses_near(model.bounds(), &place, 400);
+        let read = |pose: Pose| {
+            let (reading, is_inside) = model.distort(&pose, OutsidePolicy::Clamp);
+            is_inside.then_some((pose, reading))
+        };
+        let (poses, readings): (Vec<_>, Vec<_>) = all.into_iter().filter_map(read).unzip();
+        let found = undistort(model, &readings, OutsidePolicy::Clamp, &Task::default()).unwrap();
+        let mut converged = 0;
+        for (pose, found) in poses.iter().zip(&found) {
+            assert!(found.state != InverseState::NoReading, "{pose} is not in metal");
+            if found.state == InverseState::Converged && found.is_inside {
+                converged += 1;
+                let off_mm =
+                    (found.pose.unwrap().translation.vector - pose.translation.vector).norm();
+                assert!(off_mm < 1e-3, "{off_mm} mm off at {pose}");
+            }
+        }
+        assert!(converged >= poses.len() * 9 / 10, "{converged} of {}", poses.len());
+    }
+}
+
+#[test]
+fn a_reading_in_metal_is_named() {
+    let shape = ObjectShape::Cuboid { size_mm: Vector3::new(120.0, 120.0, 120.0) };
+    let block = MetalObject { shape, ..plate("block", Pose::translation(150.0, 0.0, -300.0)) };
+    let model = furnish(&ideal(), &metal(vec![block])).environment.model.clone();
+    for at in [[150.0, 0.0, -300.0], [153.3, 7.1, -305.7]] {
+        let reading = Pose::translation(at[0], at[1], at[2]);
+        let found = undistort(&model, &[reading], OutsidePolicy::Clamp, &Task::default()).unwrap();
+        assert_eq!((found[0].state, found[0].pose), (InverseState::NoReading, None));
     }
 }

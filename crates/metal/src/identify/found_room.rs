@@ -1,7 +1,9 @@
 //! A room of the bodies that were found, to be looked at and simulated in.
 
 use super::identification::{Identification, MetalKind};
-use crate::setup::{DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal};
+use crate::setup::{
+    DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+};
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::{MapKind, MeasurementSet};
 use trackwright_field::{DistortionModel, Environment};
@@ -34,6 +36,7 @@ pub fn room_of_found(
                 material: ObjectMaterial::Named(material),
                 tracker_from_object: Pose::translation(center.x, center.y, center.z),
                 most_triangles: DEFAULT_TRIANGLES,
+                tolerance: MaterialTolerance::default(),
             }
         })
         .collect();

@@ -8,7 +8,8 @@
 
 use super::response::SphereResponse;
 use super::rule::spherical_rule;
-use faer::{Mat, MatRef};
+use crate::phase::InPhaseAndLag;
+use faer::Mat;
 use nalgebra::{Complex, Point3, Unit, Vector3};
 use std::f64::consts::PI;
 
@@ -29,7 +30,7 @@ pub struct SphereBody {
     degree: usize,
     directions: Vec<Unit<Vector3<f64>>>,
     /// Moments, two a term for `m > 0`, from the outward field at the directions.
-    answer: Mat<f64>,
+    answer: InPhaseAndLag,
 }
 
 /// The degree at which sources at this distance from the middle are answered to 10⁻⁷, within
@@ -48,29 +49,32 @@ impl SphereBody {
         let degree = degree.clamp(1, MAX_DEGREE);
         let radius_mm = response.radius_mm();
         let rule = spherical_rule(2 * degree);
-        let mut answer = Mat::zeros(terms(degree), rule.len());
+        let count = (terms(degree), rule.len());
+        let [mut in_phase, mut lag] = [Mat::zeros(count.0, count.1), Mat::zeros(count.0, count.1)];
         for (sample, (direction, weight)) in rule.iter().enumerate() {
             let values = regular(degree, direction);
             let mut row = 0;
             for l in 1..=degree {
                 // R² over the sphere is 2π (1 + δ) / ((2l + 1) (l + m)! (l − m)!), and R r^{−2l−1} is
                 // S / ((l + m)! (l − m)!): the factorials cancel.
-                let factor = -radius_mm * response.ratio(l) * (2 * l + 1) as f64 / l as f64;
+                let by = -radius_mm * weight * (2 * l + 1) as f64 / (2.0 * PI * l as f64);
+                let ratio = response.complex_ratio(l) * by;
                 for m in 0..=l {
-                    let value = values[index(l, m)] * (factor * weight / (2.0 * PI));
-                    if m == 0 {
-                        answer[(row, sample)] = 0.5 * value.re;
-                        row += 1;
-                    } else {
-                        answer[(row, sample)] = value.re;
-                        answer[(row + 1, sample)] = value.im;
-                        row += 2;
+                    let value = values[index(l, m)];
+                    for (answer, ratio) in [(&mut in_phase, ratio.re), (&mut lag, ratio.im)] {
+                        if m == 0 {
+                            answer[(row, sample)] = 0.5 * value.re * ratio;
+                        } else {
+                            answer[(row, sample)] = value.re * ratio;
+                            answer[(row + 1, sample)] = value.im * ratio;
+                        }
                     }
+                    row += if m == 0 { 1 } else { 2 };
                 }
             }
         }
         let directions = rule.into_iter().map(|(direction, _)| direction).collect();
-        Self { radius_mm, degree, directions, answer }
+        Self { radius_mm, degree, directions, answer: InPhaseAndLag { in_phase, lag } }
     }
 
     pub fn radius_mm(&self) -> f64 {
@@ -86,9 +90,9 @@ impl SphereBody {
         &self.directions
     }
 
-    /// Multipole moments that answer the outward field at the directions; a column a coil.
-    pub fn moments(&self, normal_field: MatRef<'_, f64>) -> Mat<f64> {
-        &self.answer * normal_field
+    /// From the outward field at the directions: multipole moments.
+    pub(crate) fn answer(&self) -> &InPhaseAndLag {
+        &self.answer
     }
 
     /// How many moments there are.
@@ -204,7 +208,7 @@ mod tests {
                     let p = Point3::from(direction.into_inner() * 60.0);
                     dipole.field(&p).dot(direction)
                 });
-                let moments = body.moments(normal_field.as_ref());
+                let moments = body.answer().in_phase_of(&normal_field);
                 let p = Point3::new(10.0, -70.0, 45.0);
                 let mut field = [Vector3::zeros()];
                 body.add_fields(&moments, &p, &mut field);

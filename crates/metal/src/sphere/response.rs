@@ -92,8 +92,8 @@ enum Ratios {
     PerfectConductor,
     /// At rest.
     Permeable(f64),
-    /// With currents and finite skin depth: real parts of orders 1 to [`MAX_ORDER`].
-    Currents(Vec<f64>),
+    /// With currents and finite skin depth: orders 1 to [`MAX_ORDER`], of fields that go as `e^(iωt)`.
+    Currents(Vec<Complex<f64>>),
 }
 
 impl SphereResponse {
@@ -122,8 +122,9 @@ impl SphereResponse {
             Ratios::Permeable(permeability)
         } else {
             let terms = ratio_terms(squared, MAX_ORDER);
+            // The terms are of fields that go as `e^(−iωt)`.
             let of_order =
-                |(index, h): (usize, &_)| response_of_order(index + 1, permeability, *h).re;
+                |(index, h): (usize, &_)| response_of_order(index + 1, permeability, *h).conj();
             Ratios::Currents(terms.iter().enumerate().map(of_order).collect())
         };
         Ok(Self { radius_mm, ratios })
@@ -135,11 +136,16 @@ impl SphereResponse {
 
     /// `g_n`, in phase; between −1 and 1. 0 for order 0 and above [`MAX_ORDER`].
     pub fn ratio(&self, order: usize) -> f64 {
+        self.complex_ratio(order).re
+    }
+
+    /// `g_n` of fields that go as `e^(iωt)`: the imaginary part is above 0, as currents lag and lose energy.
+    pub fn complex_ratio(&self, order: usize) -> Complex<f64> {
         let n = order as f64;
         match &self.ratios {
-            _ if order == 0 || order > MAX_ORDER => 0.0,
-            Ratios::PerfectConductor => n / (n + 1.0),
-            Ratios::Permeable(mu) => -n * (mu - 1.0) / (n * mu + n + 1.0),
+            _ if order == 0 || order > MAX_ORDER => 0.0.into(),
+            Ratios::PerfectConductor => (n / (n + 1.0)).into(),
+            Ratios::Permeable(mu) => (-n * (mu - 1.0) / (n * mu + n + 1.0)).into(),
             Ratios::Currents(ratios) => ratios[order - 1],
         }
     }

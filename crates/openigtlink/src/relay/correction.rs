@@ -173,6 +173,7 @@ fn certain(found: &Compensated) -> Result<Pose, Reason> {
         (InverseState::Ambiguous(_), _) => Err(Reason::Ambiguous),
         (InverseState::Folded { .. }, _) => Err(Reason::Folded),
         (InverseState::Rejected, _) => Err(Reason::OutsideModel),
+        (InverseState::NoReading, _) => Err(Reason::InMetal),
         (InverseState::Converged | InverseState::NotConverged, _) => Err(Reason::NotConverged),
     }
 }

@@ -30,6 +30,8 @@ pub enum Reason {
     Ambiguous,
     #[error("no pose was found that would be measured like it")]
     NotConverged,
+    #[error("it is in the room's metal, where nothing is read")]
+    InMetal,
     #[error("too many tools were named before it")]
     TooManyTools,
     #[error("its name is empty or no text")]

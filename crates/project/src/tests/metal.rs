@@ -12,7 +12,9 @@ use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 use trackwright_metal::furnished::MetalEvaluation;
 use trackwright_metal::new_object::NewShape;
-use trackwright_metal::setup::{MetalObject, ObjectMaterial, ObjectMesh, ObjectShape, RoomMetal};
+use trackwright_metal::setup::{
+    MaterialTolerance, MetalObject, ObjectMaterial, ObjectMesh, ObjectShape, RoomMetal,
+};
 use trackwright_simulation::{CancelToken, Mode, run};
 
 fn ball(name: &str, y_mm: f64) -> MetalObject {
@@ -22,6 +24,7 @@ fn ball(name: &str, y_mm: f64) -> MetalObject {
         material: ObjectMaterial::Named("aluminium"),
         tracker_from_object: Pose::translation(0.0, y_mm, -300.0),
         most_triangles: 300,
+        tolerance: MaterialTolerance::default(),
     }
 }
 

@@ -211,6 +211,11 @@ impl DrawnFields {
     }
 }
 
+/// Draws are antithetic pairs, as those of the field are.
+fn side(draw: usize) -> f64 {
+    if draw.is_multiple_of(2) { 1.0 } else { -1.0 }
+}
+
 /// What is not known of computed metal, in each of some fields.
 struct MetalDraws {
     /// The metal's own errors at the points.
@@ -225,10 +230,10 @@ impl MetalDraws {
     fn new(metal: &ComputedMetal, parts: Vec<PoseError>, draws: usize) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(METAL_SEED);
         let std = metal.material_std;
-        let excess = (0..draws).map(|_| {
-            let normal: f64 = StandardNormal.sample(&mut random);
-            (std * normal - 0.5 * std * std).exp_m1()
-        });
+        let normals: Vec<f64> =
+            (0..draws.div_ceil(2)).map(|_| StandardNormal.sample(&mut random)).collect();
+        let excess = (0..draws)
+            .map(|draw| (std * side(draw) * normals[draw / 2] - 0.5 * std * std).exp_m1());
         Self {
             excess: excess.collect(),
             parts,
@@ -239,13 +244,16 @@ impl MetalDraws {
 
     fn noise(&self, draw: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(METAL_SEED);
-        random.set_stream(1 + draw as u64);
+        random.set_stream(1 + draw as u64 / 2);
         random
     }
 
     /// Adds what the metal's errors at a point are off by in one field.
     fn add_error(&self, values: &mut [f64; 6], point: usize, draw: usize, noise: &mut ChaCha8Rng) {
-        let mut normal = || -> f64 { StandardNormal.sample(noise) };
+        let mut normal = || {
+            let normal: f64 = StandardNormal.sample(noise);
+            side(draw) * normal
+        };
         let by = self.excess[draw] + self.solution_std * normal();
         let own = self.parts[point].values();
         for (c, value) in values.iter_mut().enumerate() {
