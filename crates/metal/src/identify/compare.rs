@@ -1,7 +1,9 @@
 //! What the bodies leave of measurements held out, beside what other models leave of the same ones.
 
 use super::identification::{Identification, IdentifySettings};
-use super::sources::{Source, SourceModel, dipole_fields, room};
+use super::multipoles::MultipoleField;
+use super::solve::Bodies;
+use super::sources::{SourceModel, dipole_fields, room};
 use crate::room::MetalRoom;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -86,8 +88,7 @@ pub fn compare(
     let mut all = vec![
         judge.scored(ComparedModel::None, |_, _| Ok(None))?,
         judge.scored(ComparedModel::Bodies, |fold, m| {
-            let (model, sources) = &found.without[fold];
-            Ok(judge.of_bodies(*model, sources, m))
+            Ok(judge.of_bodies(&found.without[fold], m))
         })?,
     ];
     all.push(judge.harmonic(&task.subtask(0.0, 0.4))?);
@@ -130,20 +131,26 @@ impl Judge<'_> {
         Ok(Compared { model, scores })
     }
 
-    fn of_bodies(
-        &self,
-        model: SourceModel,
-        sources: &[Source],
-        out: &[usize],
-    ) -> Option<Vec<PoseError>> {
-        let rooms = match model {
+    fn of_bodies(&self, bodies: &Bodies, out: &[usize]) -> Option<Vec<PoseError>> {
+        let sources = &bodies.sources;
+        let multipoles: Vec<_> = bodies
+            .extended
+            .iter()
+            .map(|body| MultipoleField::new(self.generator, &body.center_mm, &body.entries))
+            .collect();
+        let rooms = match bodies.model {
             SourceModel::Spheres => {
                 let rooms = sources.iter().map(|source| room(self.generator, source));
                 rooms.collect::<Option<Vec<_>>>()?
             }
-            SourceModel::Dipoles => Vec::new(),
+            SourceModel::Dipoles | SourceModel::Multipoles => Vec::new(),
         };
         Some(self.errors(out, |p, fields| {
+            if !multipoles.is_empty() {
+                fields.fill(Vector3::zeros());
+                multipoles.iter().for_each(|body| body.add(p, fields));
+                return;
+            }
             let mut of_room = vec![Vector3::zeros(); fields.len()];
             fields.fill(Vector3::zeros());
             let mut add = |room: &MetalRoom| {

@@ -1,6 +1,7 @@
 //! A room of the bodies that were found, to be looked at and simulated in.
 
-use super::identification::{Identification, MetalKind};
+use super::found_body::MetalKind;
+use super::identification::Identification;
 use crate::setup::{
     DEFAULT_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };

@@ -1,9 +1,10 @@
-//! How many bodies: what solutions of the other folds leave of measurements held out.
+//! How many bodies, and of which form: what solutions of the other folds leave of measurements held out.
 
 use super::noise::losses;
 use super::rows::Rows;
-use super::search::{Solutions, search};
-use super::sources::{Source, SourceModel};
+use super::search::{Solutions, search, search_extended};
+use super::solve::{Bodies, Solution};
+use super::sources::SourceModel;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_field::selection::folds::Folds;
@@ -12,75 +13,138 @@ use trackwright_task::{Cancelled, Task};
 /// Standard errors beyond which a difference of held-out losses is not taken for noise.
 const CLEAR: f64 = 2.0;
 
-/// The bodies found without one fold, for each number of bodies, none first.
-pub(super) struct FoldSolutions {
-    pub without: Vec<Vec<(SourceModel, Vec<Source>)>>,
-    /// For each number of bodies the mean loss of a row held out, in squares of noise.
-    pub mean_losses: Vec<f64>,
-    /// The number of bodies that the losses support.
-    pub bodies: usize,
+/// Standard deviations of χ² beyond which a loss that is less by so much is not taken for more unknowns.
+const CLEAR_OF_ALL: f64 = 2.0;
+
+/// What all rows are explained with: compact bodies and bodies of any form, by their number, none first.
+pub(super) struct Found {
+    pub compact: Vec<Solutions>,
+    pub extended: Vec<Solutions>,
 }
 
-/// Searches anew without each fold, beginning from bodies that are `known` with all rows. A number of bodies that is not found without a fold does no better
-/// there than the number before.
+/// So many bodies, compact ones or of any form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidate {
+    pub bodies: usize,
+    pub is_extended: bool,
+}
+
+impl Found {
+    /// Searches anew; `known` are solutions of rows that are nearly the same.
+    pub fn new(
+        task: &Task,
+        rows: &Rows,
+        most: usize,
+        known: Option<&Self>,
+    ) -> Result<Self, Cancelled> {
+        let (compact, extended) = known.map_or((&[][..], &[][..]), |k| (&k.compact, &k.extended));
+        let compact = search(&task.subtask(0.0, 0.4), rows, most, compact)?;
+        let extended = search_extended(&task.subtask(0.4, 1.0), rows, most, &compact, extended)?;
+        Ok(Self { compact, extended })
+    }
+
+    /// The simplest one first.
+    pub fn candidates(&self) -> Vec<Candidate> {
+        let most = self.compact.len().max(self.extended.len());
+        (0..most)
+            .flat_map(|bodies| [false, true].map(|is_extended| Candidate { bodies, is_extended }))
+            .filter(|candidate| {
+                self.of(*candidate).is_some() && (candidate.bodies > 0 || !candidate.is_extended)
+            })
+            .collect()
+    }
+
+    pub fn of(&self, candidate: Candidate) -> Option<&Solutions> {
+        let all = if candidate.is_extended { &self.extended } else { &self.compact };
+        all.get(candidate.bodies)
+    }
+
+    pub fn best(&self, candidate: Candidate) -> Option<&Solution> {
+        self.of(candidate)?.first()
+    }
+}
+
+/// The bodies found without one fold, for each candidate.
+pub(super) struct FoldSolutions {
+    pub without: Vec<Vec<Bodies>>,
+    /// For each candidate the mean loss of a row held out, in squares of noise.
+    pub mean_losses: Vec<f64>,
+    /// The candidate that the losses support.
+    pub chosen: usize,
+}
+
+/// Searches anew without each fold, beginning from what is `known` with all rows. What is not found without a fold does
+/// no better there than the candidate before.
 pub(super) fn hold_out(
     task: &Task,
     rows: &Rows,
     folds: &Folds,
     most: usize,
-    known: &[Solutions],
+    known: &Found,
 ) -> Result<FoldSolutions, Cancelled> {
     let quiet = Task::cancelled_by(task.cancel.clone());
     let all: Vec<usize> = (0..rows.len()).collect();
+    let candidates = known.candidates();
     let done = AtomicUsize::new(0);
     let of_fold = |out: &Vec<usize>| {
         let rest: Vec<usize> =
             all.iter().copied().filter(|m| out.binary_search(m).is_err()).collect();
-        let found = search(&quiet, &rows.some(&rest), most, known)?;
+        let found = Found::new(&quiet, &rows.some(&rest), most, Some(known))?;
         let out_rows = rows.some(out);
-        let mut sources: Vec<(SourceModel, Vec<Source>)> = Vec::new();
+        let mut bodies: Vec<Bodies> = Vec::new();
         let mut out_losses: Vec<Vec<f64>> = Vec::new();
-        for count in 0..=most {
-            let Some(best) = found.get(count).and_then(|solutions: &Solutions| solutions.first())
-            else {
-                sources.extend(sources.last().cloned());
+        for candidate in &candidates {
+            let Some(best) = found.best(*candidate) else {
+                bodies.extend(bodies.last().cloned());
                 out_losses.extend(out_losses.last().cloned());
                 continue;
             };
             // A measurement held out may be in a sphere that the others leave room for.
-            let model = best.model;
-            let explained = model
-                .explained(&out_rows, &best.sources)
+            let explained = best
+                .bodies()
+                .explained(&out_rows)
                 .or_else(|| SourceModel::Dipoles.explained(&out_rows, &best.sources))
                 .unwrap_or_else(|| vec![0.0; out_rows.right.len()]);
             out_losses.push(losses(&out_rows, &out_rows.left(&explained)));
-            sources.push((model, best.sources.clone()));
+            bodies.push(best.bodies());
         }
         task.step(done.fetch_add(1, Ordering::Relaxed) + 1, folds.rows.len())?;
-        Ok::<_, Cancelled>((sources, out_losses))
+        Ok::<_, Cancelled>((bodies, out_losses))
     };
     let found: Vec<_> = folds.rows.par_iter().map(of_fold).collect::<Result<_, _>>()?;
-    let losses_of = |count: usize| -> Vec<f64> {
-        found.iter().flat_map(|(_, losses)| losses[count].iter().copied()).collect()
+    let losses_of = |candidate: usize| -> Vec<f64> {
+        found.iter().flat_map(|(_, losses)| losses[candidate].iter().copied()).collect()
     };
-    let by_count: Vec<Vec<f64>> = (0..=most).map(losses_of).collect();
+    let losses: Vec<Vec<f64>> = (0..candidates.len()).map(losses_of).collect();
     let mean = |losses: &Vec<f64>| losses.iter().sum::<f64>() / losses.len() as f64;
-    let mean_losses: Vec<f64> = by_count.iter().map(mean).collect();
-    let least = (0..=most).min_by(|&a, &b| mean_losses[a].total_cmp(&mean_losses[b])).unwrap_or(0);
-    // The fewest bodies that are not clearly worse than the best number.
-    let bodies = (0..least).find(|&count| !is_clearly_more(&by_count[count], &by_count[least]));
+    let mean_losses: Vec<f64> = losses.iter().map(mean).collect();
+    let all = 0..candidates.len();
+    let least = all.min_by(|&a, &b| mean_losses[a].total_cmp(&mean_losses[b])).unwrap_or(0);
+    // The simplest that is not clearly worse than the best.
+    let clear = |k: &usize| !is_clearly_more(&losses[*k], &losses[least], CLEAR);
+    let mut chosen = (0..least).find(clear).unwrap_or(least);
+    if let Some(next) = candidates.get(chosen + 1)
+        && next.bodies == candidates[chosen].bodies
+        && let (Some(compact), Some(extended)) = (known.best(candidates[chosen]), known.best(*next))
+    {
+        let more = (extended.unknowns - compact.unknowns).max(0.0);
+        let gain = (compact.loss - extended.loss) / extended.variance(rows.dof).max(1.0);
+        if gain > more + CLEAR_OF_ALL * (2.0 * more).sqrt() {
+            chosen += 1;
+        }
+    }
     Ok(FoldSolutions {
-        without: found.into_iter().map(|(sources, _)| sources).collect(),
+        without: found.into_iter().map(|(bodies, _)| bodies).collect(),
         mean_losses: mean_losses.iter().map(|loss| loss / rows.dof as f64).collect(),
-        bodies: bodies.unwrap_or(least),
+        chosen,
     })
 }
 
-/// Whether losses are more than others of the same measurements, by their differences.
-fn is_clearly_more(losses: &[f64], others: &[f64]) -> bool {
+/// Whether losses are more than others of the same measurements by so many standard errors of their differences.
+pub(super) fn is_clearly_more(losses: &[f64], others: &[f64], clear: f64) -> bool {
     let count = losses.len() as f64;
     let differences: Vec<f64> = losses.iter().zip(others).map(|(a, b)| a - b).collect();
     let mean = differences.iter().sum::<f64>() / count;
     let squares: f64 = differences.iter().map(|d| (d - mean).powi(2)).sum();
-    mean > CLEAR * (squares / (count * (count - 1.0).max(1.0))).sqrt()
+    mean > clear * (squares / (count * (count - 1.0).max(1.0))).sqrt()
 }

@@ -5,10 +5,15 @@
 //! measurements, then spheres of those strengths with all orders; how many there are is decided by
 //! measurements held out.
 
+#[cfg(test)]
+mod cases;
 pub mod compare;
+mod extended;
+mod found_body;
 mod found_room;
 mod held_out;
 mod identification;
+mod multipoles;
 mod noise;
 mod rows;
 mod search;
@@ -17,11 +22,14 @@ mod sources;
 #[cfg(test)]
 mod tests;
 
+pub use found_body::{
+    BodyDoubt, BodyForm, CLEAR_STRENGTH, EXTENT_LIMIT, Form, FoundBody, Interval, KnownBody,
+    MetalKind, POSITION_LIMIT,
+};
 pub use found_room::room_of_found;
 pub use identification::{
-    BodyDoubt, CLEAR_STRENGTH, FoundBody, Identification, IdentifyError, IdentifySettings,
-    Interval, MAX_BODIES, MIN_MEASUREMENTS, MISFIT, MOST_LEFT, MetalKind, POSITION_LIMIT, Tried,
-    Verdict, identify,
+    Identification, IdentifyError, IdentifySettings, MAX_BODIES, MIN_MEASUREMENTS, MISFIT,
+    MOST_LEFT, Tried, Verdict, identify,
 };
 pub use noise::Noise;
 pub use sources::{Source, SourceModel};

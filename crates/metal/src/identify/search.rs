@@ -1,5 +1,7 @@
 //! The bodies that explain rows best, one more at a time: from starts all around the measurements.
 
+use super::extended::{Extended, solve_extended, solve_tensors};
+use super::multipoles::{OF_TENSOR, columns};
 use super::rows::Rows;
 use super::solve::{Solution, solve};
 use super::sources::{Source, SourceModel, are_possible, of_unit_dipole};
@@ -24,6 +26,15 @@ const JUDGED: usize = 400;
 /// One more body has to gain so much, in squares of what is left: what the best of all places gains
 /// by chance is 10 to 19, and a strength that is clear gains 25.
 const LEAST_GAIN: f64 = 20.0;
+
+/// The same of a tensor and its middle: nine numbers where a dipole has four.
+const LEAST_TENSOR_GAIN: f64 = 35.0;
+
+/// Measurements at which tensors are judged, at most.
+const JUDGED_TENSORS: usize = 150;
+
+/// Standard errors of a variance up to which what is left is noise.
+const NOISE_ERRORS: f64 = 3.0;
 
 /// Bodies nearer than this to each other are the same, found as dipoles and as spheres.
 const SAME_MM: f64 = 20.0;
@@ -72,6 +83,117 @@ pub(super) fn search(
         }
     }
     Ok(all)
+}
+
+/// For 0 to `most` bodies of any form the best solutions; fewer numbers where one more body gains nothing, or noise alone
+/// is left.
+///
+/// `compact` are those of spheres; `known` as in [`search`].
+pub(super) fn search_extended(
+    task: &Task,
+    rows: &Rows,
+    most: usize,
+    compact: &[Solutions],
+    known: &[Solutions],
+) -> Result<Vec<Solutions>, Cancelled> {
+    let places = places(rows);
+    let mut all = vec![vec![Solution::none(rows)]];
+    for count in 1..=most {
+        let base = &all[count - 1][0];
+        let mut found: Vec<Solution> = Vec::new();
+        match known.get(count) {
+            Some(known) => {
+                for Solution { extended, weights, .. } in known {
+                    let picked = if weights.len() == rows.len() { weights } else { &base.weights };
+                    found.extend(solve_extended(task, rows, extended, picked, true)?);
+                }
+            }
+            None if !known.is_empty() => break,
+            None => {
+                let left_noise = 1.0 + NOISE_ERRORS * (2.0 / rows.right.len() as f64).sqrt();
+                if count > 1 && base.variance(rows.dof) < left_noise {
+                    break;
+                }
+                for start in extended_starts(task, rows, &places, base)? {
+                    found.extend(solve_extended(task, rows, &start, &base.weights, false)?);
+                }
+                if let Some(compact) = compact.get(count).and_then(|solutions| solutions.first()) {
+                    let centers: Vec<_> = compact.sources.iter().map(|s| s.center_mm).collect();
+                    let start = solve_tensors(task, rows, &centers, &compact.weights)?;
+                    if let Some(start) = start {
+                        let weights = &compact.weights;
+                        found.extend(solve_extended(task, rows, &start.extended, weights, false)?);
+                    }
+                }
+            }
+        }
+        found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+        let mut distinct: Vec<Solution> = Vec::new();
+        for solution in found {
+            if is_new(&distinct, &solution) {
+                distinct.push(solution);
+            }
+        }
+        let least = base.loss - LEAST_TENSOR_GAIN * base.variance(rows.dof);
+        match distinct.first().is_some_and(|new| new.loss < least) {
+            true => all.push(distinct),
+            false => break,
+        }
+    }
+    Ok(all)
+}
+
+/// The base's bodies with one more, a tensor that explains much of what they leave.
+fn extended_starts(
+    task: &Task,
+    rows: &Rows,
+    places: &[Point3<f64>],
+    base: &Solution,
+) -> Result<Vec<Vec<Extended>>, Cancelled> {
+    let left = rows.with_right(base.left.clone());
+    let mut single: Vec<Solution> = Vec::new();
+    for start in tensor_starts(&left, places, base) {
+        let found = solve_tensors(task, &left, &[start], &base.weights)?;
+        single.extend(found.filter(|new| is_new(&single, new)));
+    }
+    let least = base.loss - LEAST_TENSOR_GAIN * base.variance(rows.dof);
+    single.retain(|solution| solution.loss < least);
+    single.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    let with_base = |solution: Solution| [&base.extended[..], &solution.extended].concat();
+    Ok(single.into_iter().take(REFINED).map(with_base).collect())
+}
+
+/// Where one more tensor gains most in what a base leaves.
+fn tensor_starts(left: &Rows, places: &[Point3<f64>], base: &Solution) -> Vec<Point3<f64>> {
+    let step = left.len().div_ceil(JUDGED_TENSORS).max(1);
+    let picked: Vec<usize> = (0..left.len()).step_by(step).collect();
+    let rows = left.some(&picked);
+    let root = |row: usize| base.weights[picked[row / rows.dof]].sqrt();
+    let right = DVector::from_fn(rows.right.len(), |i, _| rows.right[i] * root(i));
+    let gain = |place: &Point3<f64>| {
+        let mut columns = columns(&rows, place, OF_TENSOR);
+        for (i, mut row) in columns.row_iter_mut().enumerate() {
+            row *= root(i);
+        }
+        let gain = (columns.qr().q().tr_mul(&right)).norm_squared();
+        if gain.is_finite() { gain } else { 0.0 }
+    };
+    let gains: Vec<f64> = places.par_iter().map(gain).collect();
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+    let mut starts: Vec<Point3<f64>> = Vec::new();
+    let spacing = spacing_mm(places);
+    for k in order {
+        let is_apart = |other: &Point3<f64>| (other - places[k]).norm() > 1.8 * spacing;
+        let source = Source { center_mm: places[k], strength_mm3: 1.0 };
+        if starts.iter().all(is_apart) && is_possible_beside(&rows, &base.sources, &source) {
+            starts.push(places[k]);
+        }
+        if starts.len() == FOLLOWED {
+            break;
+        }
+    }
+    starts
 }
 
 /// The best solutions with one body more than a base has.

@@ -2,6 +2,7 @@
 //! strengths of dipoles solved for by themselves (variable projection), measurements weighted anew after
 //! each step (Huber).
 
+use super::extended::{Extended, explained};
 use super::noise::losses;
 use super::rows::Rows;
 use super::sources::{OF_BODY, Source, SourceModel, of_unit_dipole};
@@ -25,11 +26,35 @@ const MORE_DAMPING: f64 = 8.0;
 const LESS_DAMPING: f64 = 0.1;
 const MAX_DAMPING: f64 = 1e6;
 
+/// Bodies and what they are modelled as.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Bodies {
+    pub model: SourceModel,
+    pub sources: Vec<Source>,
+    /// The same by their multipoles; none of dipoles and spheres.
+    pub extended: Vec<Extended>,
+}
+
+impl Bodies {
+    /// What they add to the rows; `None` where they cannot be.
+    pub fn explained(&self, rows: &Rows) -> Option<Vec<f64>> {
+        match self.model {
+            SourceModel::Multipoles => Some(explained(rows, &self.extended)),
+            model => model.explained(rows, &self.sources),
+        }
+    }
+}
+
 /// Bodies that explain rows best, and what follows from the slopes there.
 #[derive(Clone)]
 pub(super) struct Solution {
     pub model: SourceModel,
     pub sources: Vec<Source>,
+    pub extended: Vec<Extended>,
+    /// What each unknown is held near zero with, in noise.
+    pub prior: DVector<f64>,
+    /// Unknowns that the rows decide, those of the prior counted in part.
+    pub unknowns: f64,
     /// What is left of the rows, in noise.
     pub left: Vec<f64>,
     /// Of each measurement.
@@ -46,6 +71,9 @@ impl Solution {
         Self {
             model: SourceModel::Dipoles,
             sources: Vec::new(),
+            extended: Vec::new(),
+            prior: DVector::zeros(0),
+            unknowns: 0.0,
             weights: huber_weights(&left, rows.dof),
             loss: losses(rows, &left).iter().sum(),
             slopes: DMatrix::zeros(left.len(), 0),
@@ -55,7 +83,7 @@ impl Solution {
 
     /// Variance of what is left, in squares of noise; 1 where all is explained.
     pub fn variance(&self, dof: usize) -> f64 {
-        let free = self.left.len() as f64 - self.slopes.ncols() as f64;
+        let free = self.left.len() as f64 - self.unknowns;
         weighted_square(&self.left, &self.weights, dof) / free.max(1.0)
     }
 
@@ -64,13 +92,12 @@ impl Solution {
     /// `σ² (Aᵀ W A)⁻¹`, where an unknown has a larger variance by what each measurement left with its
     /// standard deviations stretched to that: noise need not be alike everywhere.
     pub fn covariance(&self, dof: usize) -> Option<DMatrix<f64>> {
-        let (normal, _) = equations(&self.slopes, &self.left, &self.weights, dof);
-        let unknowns = normal.nrows();
-        // Scaled, so that mm and logarithms are alike.
-        let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
-        let scaled =
-            DMatrix::from_fn(unknowns, unknowns, |i, j| normal[(i, j)] * scale[i] * scale[j]);
-        let inverse = scaled.cholesky()?.inverse();
+        let unknowns = self.slopes.ncols();
+        let inverse = self.inverse(dof)?;
+        // Scaled, so that mm and strengths are alike.
+        let scale = inverse.diagonal().map(f64::sqrt);
+        let inverse =
+            DMatrix::from_fn(unknowns, unknowns, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
         let mut meat = DMatrix::zeros(unknowns, unknowns);
         for (m, weight) in self.weights.iter().enumerate() {
             let slopes = self.slopes.rows(m * dof, dof);
@@ -86,6 +113,16 @@ impl Solution {
             inverse[(i, j)] * stretches[i] * stretches[j] * variance
         });
         covariance.iter().all(|v| v.is_finite()).then_some(covariance)
+    }
+
+    /// `(Aᵀ W A + P)⁻¹`; `None` where the rows do not determine the unknowns.
+    pub fn inverse(&self, dof: usize) -> Option<DMatrix<f64>> {
+        inverse(&self.slopes, &self.left, &self.weights, &self.prior, dof)
+    }
+
+    pub fn bodies(&self) -> Bodies {
+        let Self { model, sources, extended, .. } = self;
+        Bodies { model: *model, sources: sources.clone(), extended: extended.clone() }
     }
 }
 
@@ -219,18 +256,40 @@ impl State {
             weights: huber_weights(&self.left, rows.dof),
             loss: losses(rows, &self.left).iter().sum(),
             left: self.left,
+            extended: Vec::new(),
+            prior: DVector::zeros(slopes.ncols()),
+            unknowns: slopes.ncols() as f64,
             slopes,
         }
     }
 }
 
-fn weighted_square(left: &[f64], weights: &[f64], dof: usize) -> f64 {
+/// See [`Solution::inverse`].
+pub(super) fn inverse(
+    slopes: &DMatrix<f64>,
+    left: &[f64],
+    weights: &[f64],
+    prior: &DVector<f64>,
+    dof: usize,
+) -> Option<DMatrix<f64>> {
+    let (mut normal, _) = equations(slopes, left, weights, dof);
+    let count = normal.nrows();
+    for i in 0..count {
+        normal[(i, i)] += prior[i];
+    }
+    let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = DMatrix::from_fn(count, count, |i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled.cholesky()?.inverse();
+    Some(DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]))
+}
+
+pub(super) fn weighted_square(left: &[f64], weights: &[f64], dof: usize) -> f64 {
     let of_measurement = |(r, w): (&[f64], &f64)| w * r.iter().map(|v| v * v).sum::<f64>();
     left.chunks_exact(dof).zip(weights).map(of_measurement).sum()
 }
 
 /// `Aᵀ W A` and `Aᵀ W r`.
-fn equations(
+pub(super) fn equations(
     slopes: &DMatrix<f64>,
     left: &[f64],
     weights: &[f64],

@@ -48,6 +48,8 @@ pub enum SourceModel {
     /// Spheres of the sources' radii, with all orders, each in the fields of the coils alone. What bodies of
     /// 4 radii from each other answer to one another is less than 1 % of that.
     Spheres,
+    /// Bodies of any form: a dipole that depends on the field's direction, and the multipoles next to it.
+    Multipoles,
 }
 
 impl Source {
@@ -97,7 +99,7 @@ impl SourceModel {
             return None;
         }
         match self {
-            Self::Dipoles => {
+            Self::Dipoles | Self::Multipoles => {
                 let mut sum = vec![0.0; rows.right.len()];
                 for source in sources {
                     let column = of_unit_dipole(rows, &source.center_mm);
@@ -125,7 +127,7 @@ impl SourceModel {
         let mut slopes = DMatrix::zeros(rows.right.len(), OF_BODY * sources.len());
         for (body, source) in sources.iter().enumerate() {
             match self {
-                Self::Dipoles => dipole_slopes(rows, source, body, &mut slopes),
+                Self::Dipoles | Self::Multipoles => dipole_slopes(rows, source, body, &mut slopes),
                 Self::Spheres => {
                     let here = of_sphere(rows, source)?;
                     for unknown in 0..OF_BODY {
