@@ -2,8 +2,8 @@
 //!
 //! The truth is independent of what is fitted: meshes are solved for at their surface, spheres by their series.
 
-use super::FoundBody;
 use super::tests::{POSITION_NOISE_MM, ROTATION_NOISE_RAD, identified, readings};
+use super::{FoundBody, Noise};
 use crate::body::{MetalBody, MetalShape};
 use crate::boundary::BoundaryShape;
 use crate::material::Material;
@@ -220,7 +220,8 @@ fn page_cases() {
         let room = case.room();
         println!("{index}: {}", case.name);
         for seed in 0..draws {
-            let set = readings(&room, 350, MeasurementContent::FiveDof, 1000 + seed);
+            let set =
+                readings(&room, 350, MeasurementContent::FiveDof, 1000 * (index as u64 + 1) + seed);
             let start = std::time::Instant::now();
             let found = identified(&set);
             println!(
@@ -241,6 +242,32 @@ fn page_cases() {
                     ))
                     .collect::<Vec<_>>(),
             );
+            if std::env::var("TRUTH").is_ok() {
+                let task = Task::default();
+                let noise =
+                    Noise { position_mm: POSITION_NOISE_MM, rotation_rad: ROTATION_NOISE_RAD };
+                let rows = super::rows::Rows::new(&task, &Generator::planar_nine(), &set).unwrap();
+                let rows = rows.over_noise(&noise);
+                let centers: Vec<_> = case.pieces.iter().map(|p| p.center_mm.into()).collect();
+                let w = vec![1.0; rows.len()];
+                for known in [false] {
+                    let start = super::extended::solve_tensors(&task, &rows, &centers, &w).unwrap();
+                    let Some(start) = start else {
+                        println!("no tensors");
+                        continue;
+                    };
+                    println!("   tensors {:.1} {:.0?}", start.loss, start.sources);
+                    if let Some(s) =
+                        super::extended::solve_extended(&task, &rows, &start.extended, &w, known)
+                            .unwrap()
+                    {
+                        println!(
+                            "   all {:.1} {:.0?} extent {:.0}",
+                            s.loss, s.sources, s.extended[0].extent_mm
+                        );
+                    }
+                }
+            }
             for body in &found.bodies {
                 println!("    {}", case.answer(body));
             }

@@ -1,15 +1,19 @@
 //! The best middles of so many bodies that are no spheres: Levenberg–Marquardt on the middles, multipoles solved for
 //! by themselves (variable projection).
 //!
-//! The dipole's tensor is free. Multipoles beyond it are held near zero by a prior, whose width is that of a body of
-//! an extent `a`: `g a²`, `g` the tensor's largest strength. The extent is the one that makes the rows most probable
-//! (MacKay, Neural Computation 4, 1992), at least that of a sphere. So what the rows don't tell of a body's form makes
-//! the interval of its middle longer.
+//! The dipole's tensor is free. Multipoles beyond it are held near those of a compact body by a prior, whose width is that
+//! of a body of an extent `a`: `g a²`, `g` the tensor's largest strength. The extent is the one that makes the rows most
+//! probable (MacKay, Neural Computation 4, 1992), at least that of a sphere. So what the rows don't tell of a body's form
+//! makes the interval of its middle longer.
+//!
+//! A body nearer to the sensors has more freedom, which would draw it there. So a middle is where tensors are best in noise
+//! that has the covariance of the other multipoles added, held as it is there (generalised least squares): its
+//! expectation is the true one.
 
-use super::multipoles::{OF_ALL, OF_TENSOR, columns, largest};
+use super::multipoles::{OF_ALL, OF_NEXT, OF_TENSOR, columns, diagonal_quadrupoles, largest};
 use super::noise::losses;
 use super::rows::Rows;
-use super::solve::{Solution, equations, inverse, weighted_square};
+use super::solve::{Solution, equations, weighted_square};
 use super::sources::{Source, SourceModel, are_possible};
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use trackwright_field::harmonic::huber_weights;
@@ -33,6 +37,10 @@ const SAME_EXTENT: f64 = 0.05;
 
 /// Largest extent of a body: a farther multipole has no meaning in a room.
 const MOST_EXTENT_MM: f64 = 500.0;
+
+/// Least extent over the cubic root of the strength: of a sphere and of a disc the entries beyond the tensor are then 0.7
+/// to 1.3 of the prior's width.
+const LEAST_EXTENT: f64 = 1.25;
 
 /// Nearest sample: nearer, no multipoles serve.
 const MIN_FROM_SAMPLE_MM: f64 = 25.0;
@@ -60,7 +68,18 @@ impl Extended {
 
     /// The least extent that a body of this strength has.
     fn least_extent_mm(&self) -> f64 {
-        largest(&self.entries).cbrt()
+        LEAST_EXTENT * largest(&self.entries).cbrt()
+    }
+
+    /// What the entries are held near: of quadrupoles by gradients a sphere's sign and about half its size.
+    fn prior_mean(&self, terms: usize) -> Vec<f64> {
+        let strength = largest(&self.entries);
+        let sign = -self.entries[..3].iter().sum::<f64>().signum();
+        let mut mean = vec![0.0; terms];
+        for k in diagonal_quadrupoles().filter(|k| *k < terms) {
+            mean[k] = sign * strength.powf(5.0 / 3.0);
+        }
+        mean
     }
 }
 
@@ -122,8 +141,15 @@ fn update_extents(solution: &Solution, bodies: &mut [Extended], dof: usize) -> b
         let held: f64 = (from..from + count).map(|i| inverse[(i, i)] * solution.prior[i]).sum();
         let determined = (count as f64 - held).max(1e-3);
         let strength = largest(&body.entries);
-        let square: f64 = body.entries[OF_TENSOR..].iter().map(|v| v * v).sum();
-        let extent_mm = (square / (strength * strength) / determined).powf(0.25);
+        let mean = body.prior_mean(OF_ALL);
+        let squares = |entries: std::ops::Range<usize>| -> f64 {
+            entries.map(|k| ((body.entries[k] - mean[k]) / strength).powi(2)).sum()
+        };
+        let (next, last) = (squares(OF_TENSOR..OF_NEXT), squares(OF_NEXT..OF_ALL));
+        // With both widths at the extent squares are as many as the entries that the rows determine.
+        let to_fourth =
+            (next + (next * next + 4.0 * determined * last).sqrt()) / (2.0 * determined);
+        let extent_mm = to_fourth.powf(0.25);
         let least_mm = body.least_extent_mm();
         let extent_mm = extent_mm.clamp(least_mm, MOST_EXTENT_MM.max(least_mm));
         has_changed |= (extent_mm / body.extent_mm - 1.0).abs() > SAME_EXTENT;
@@ -141,13 +167,21 @@ fn near(
     weights: &[f64],
 ) -> Result<Option<Solution>, Cancelled> {
     let of_body = 3 + terms;
-    let mut prior = DVector::zeros(of_body * start.len());
+    let mut prior = Prior {
+        terms,
+        mean: DVector::zeros(of_body * start.len()),
+        precision: DVector::zeros(of_body * start.len()),
+    };
     for (k, body) in start.iter().enumerate().filter(|_| terms > OF_TENSOR) {
-        let width = largest(&body.entries) * body.extent_mm.powi(2);
-        prior.rows_mut(k * of_body + 3 + OF_TENSOR, terms - OF_TENSOR).fill(width.powi(-2));
+        let from = k * of_body + 3;
+        let precision = |power: i32| (largest(&body.entries) * body.extent_mm.powi(power)).powi(-2);
+        prior.precision.rows_range_mut(from + OF_TENSOR..from + OF_NEXT).fill(precision(2));
+        prior.precision.rows_range_mut(from + OF_NEXT..from + OF_ALL).fill(precision(4));
+        let mean = DVector::from_vec(body.prior_mean(terms));
+        prior.mean.rows_mut(from, terms).copy_from(&mean);
     }
     let mut weights = weights.to_vec();
-    let Some(mut state) = State::new(rows, start.to_vec(), terms, &prior, &weights) else {
+    let Some(mut state) = State::new(rows, start.to_vec(), &prior, &weights, None) else {
         return Ok(None);
     };
     let mut damping = FIRST_DAMPING;
@@ -157,12 +191,12 @@ fn near(
             weights = huber_weights(&state.left, rows.dof);
             state.square = state.square(&prior, &weights, rows.dof);
         }
-        let slopes = state.slopes(rows, terms);
+        let slopes = state.slopes(rows, &prior);
         let (mut normal, mut slope) = equations(&slopes, &state.left, &weights, rows.dof);
-        let entries = state.unknowns(terms);
+        let unknowns = state.unknowns();
         for i in 0..slope.len() {
-            normal[(i, i)] += prior[i];
-            slope[i] -= prior[i] * entries[i];
+            normal[(i, i)] += prior.precision[i];
+            slope[i] -= prior.precision[i] * (unknowns[i] - prior.mean[i]);
         }
         let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
         let mut gain = f64::INFINITY;
@@ -181,7 +215,8 @@ fn near(
                     let step = step * (MAX_STEP_MM / length_mm).min(1.0);
                     Extended { center_mm: body.center_mm + step, ..body.clone() }
                 });
-                let next = State::new(rows, moved.collect(), terms, &prior, &weights);
+                let held = Some(&state.columns);
+                let next = State::new(rows, moved.collect(), &prior, &weights, held);
                 if let Some(next) = next.filter(|next| next.square < state.square) {
                     break Some(next);
                 }
@@ -194,10 +229,13 @@ fn near(
         damping = (damping * LESS_DAMPING).max(1e-12);
         let is_stuck = next.is_none();
         if let Some(next) = next {
+            let Some(next) = State::new(rows, next.bodies, &prior, &weights, None) else {
+                return Ok(None);
+            };
             state = next;
         }
         if gain < CONVERGED {
-            let slopes = state.slopes(rows, terms);
+            let slopes = state.slopes(rows, &prior);
             return Ok(Some(state.solution(rows, slopes, prior)));
         }
         if is_stuck {
@@ -205,6 +243,21 @@ fn near(
         }
     }
     Ok(None)
+}
+
+/// What unknowns are held near, and how much, in noise; middles and tensors are free.
+struct Prior {
+    /// Entries of a body.
+    terms: usize,
+    mean: DVector<f64>,
+    precision: DVector<f64>,
+}
+
+impl Prior {
+    fn square(&self, unknowns: &DVector<f64>) -> f64 {
+        let off = unknowns - &self.mean;
+        off.component_mul(&off).dot(&self.precision)
+    }
 }
 
 /// Bodies, what they leave, and the columns of their entries.
@@ -216,13 +269,13 @@ struct State {
 }
 
 impl State {
-    /// Entries are the best for their middles.
+    /// Entries are the best for their middles; columns beyond tensors are those that are `held`, if any.
     fn new(
         rows: &Rows,
         mut bodies: Vec<Extended>,
-        terms: usize,
-        prior: &DVector<f64>,
+        prior: &Prior,
         weights: &[f64],
+        held: Option<&DMatrix<f64>>,
     ) -> Option<Self> {
         let is_apart = |body: &Extended| {
             let apart = |p: &Point3<f64>| (p - body.center_mm).norm() > MIN_FROM_SAMPLE_MM;
@@ -236,13 +289,21 @@ impl State {
         if !bodies.iter().all(is_apart) || !are_possible(rows, &points) {
             return None;
         }
+        let terms = prior.terms;
         let mut all = DMatrix::zeros(rows.right.len(), terms * bodies.len());
-        for (k, body) in bodies.iter().enumerate() {
-            all.columns_mut(k * terms, terms).copy_from(&columns(rows, &body.center_mm, terms));
+        if let Some(held) = held {
+            all.copy_from(held);
         }
-        let (mut normal, slope) = equations(&all, &rows.right, weights, rows.dof);
+        let moving = if held.is_some() { OF_TENSOR } else { terms };
+        for (k, body) in bodies.iter().enumerate() {
+            let own = columns(rows, &body.center_mm, moving);
+            all.columns_mut(k * terms, moving).copy_from(&own);
+        }
+        let (mut normal, mut slope) = equations(&all, &rows.right, weights, rows.dof);
         for i in 0..slope.len() {
-            normal[(i, i)] += prior[i / terms * (terms + 3) + 3 + i % terms];
+            let unknown = i / terms * (terms + 3) + 3 + i % terms;
+            normal[(i, i)] += prior.precision[unknown];
+            slope[i] += prior.precision[unknown] * prior.mean[unknown];
         }
         let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled = DMatrix::from_fn(slope.len(), slope.len(), |i, j| {
@@ -260,30 +321,33 @@ impl State {
     }
 
     /// Unknowns as the prior counts them, middles as zero.
-    fn unknowns(&self, terms: usize) -> Vec<f64> {
-        let of_body = |body: &Extended| [&[0.0; 3], &body.entries[..terms]].concat();
-        self.bodies.iter().flat_map(of_body).collect()
+    fn unknowns(&self) -> DVector<f64> {
+        let of_body = |body: &Extended| [&[0.0; 3], &body.entries[..]].concat();
+        DVector::from_iterator(
+            self.columns.ncols() + 3 * self.bodies.len(),
+            self.bodies.iter().flat_map(of_body),
+        )
     }
 
-    fn square(&self, prior: &DVector<f64>, weights: &[f64], dof: usize) -> f64 {
-        let terms = self.columns.ncols() / self.bodies.len().max(1);
-        let entries = self.unknowns(terms);
-        let held: f64 = entries.iter().zip(prior.iter()).map(|(v, p)| p * v * v).sum();
-        weighted_square(&self.left, weights, dof) + held
+    fn square(&self, prior: &Prior, weights: &[f64], dof: usize) -> f64 {
+        weighted_square(&self.left, weights, dof) + prior.square(&self.unknowns())
     }
 
-    /// By differences for the middles.
-    fn slopes(&self, rows: &Rows, terms: usize) -> DMatrix<f64> {
+    /// By differences for the middles, of what the tensors and the prior's means add.
+    fn slopes(&self, rows: &Rows, prior: &Prior) -> DMatrix<f64> {
+        let terms = prior.terms;
         let of_body = 3 + terms;
         let mut slopes = DMatrix::zeros(rows.right.len(), of_body * self.bodies.len());
         for (k, body) in self.bodies.iter().enumerate() {
             let own = self.columns.columns(k * terms, terms);
-            let entries = DVector::from_column_slice(&body.entries);
-            let here = own * &entries;
+            let count = terms.min(OF_NEXT);
+            let mut entries = prior.mean.rows(k * of_body + 3, count).into_owned();
+            entries.rows_mut(0, OF_TENSOR).copy_from_slice(&body.entries[..OF_TENSOR]);
+            let here = own.columns(0, count) * &entries;
             for axis in 0..3 {
                 let mut moved = body.center_mm;
                 moved[axis] += STEP_MM;
-                let there = columns(rows, &moved, terms) * &entries;
+                let there = columns(rows, &moved, count) * &entries;
                 slopes.set_column(k * of_body + axis, &((there - &here) / STEP_MM));
             }
             slopes.columns_mut(k * of_body + 3, terms).copy_from(&own);
@@ -291,23 +355,39 @@ impl State {
         slopes
     }
 
-    fn solution(self, rows: &Rows, slopes: DMatrix<f64>, prior: DVector<f64>) -> Solution {
-        let entries = self.unknowns(self.bodies[0].entries.len());
-        let held: f64 = entries.iter().zip(prior.iter()).map(|(v, p)| p * v * v).sum();
+    fn solution(self, rows: &Rows, slopes: DMatrix<f64>, prior: Prior) -> Solution {
         let weights = huber_weights(&self.left, rows.dof);
-        let count = slopes.ncols() as f64;
-        let of_prior = inverse(&slopes, &self.left, &weights, &prior, rows.dof)
-            .map_or(0.0, |inverse| inverse.diagonal().dot(&prior));
-        Solution {
+        let held = prior.square(&self.unknowns());
+        let mut solution = Solution {
             model: SourceModel::Multipoles,
             sources: self.bodies.iter().map(Extended::source).collect(),
-            unknowns: count - of_prior,
+            unknowns: slopes.ncols() as f64,
             weights,
             loss: losses(rows, &self.left).iter().sum::<f64>() + held,
             left: self.left,
             slopes,
             extended: self.bodies,
-            prior,
+            prior: prior.precision,
+        };
+        if let Some(inverse) = solution.inverse(rows.dof) {
+            solution.unknowns -= inverse.diagonal().dot(&solution.prior);
         }
+        solution.loss += solution.freedom(rows.dof);
+        solution
+    }
+}
+
+impl Solution {
+    /// What the freedom of the entries beyond the tensors costs: twice the logarithm of the part of the prior's volume that
+    /// the rows leave. With it losses of different priors can be compared.
+    fn freedom(&self, dof: usize) -> f64 {
+        let held: Vec<usize> = (0..self.prior.len()).filter(|&i| self.prior[i] > 0.0).collect();
+        let root = |i: usize| self.weights[i / dof].sqrt();
+        let slopes = DMatrix::from_fn(self.slopes.nrows(), held.len(), |i, k| {
+            root(i) * self.slopes[(i, held[k])] / self.prior[held[k]].sqrt()
+        });
+        let normal = slopes.tr_mul(&slopes) + DMatrix::identity(held.len(), held.len());
+        let factor = normal.cholesky();
+        factor.map_or(0.0, |factor| 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum())
     }
 }

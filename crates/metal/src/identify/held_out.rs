@@ -2,7 +2,7 @@
 
 use super::noise::losses;
 use super::rows::Rows;
-use super::search::{Solutions, search, search_extended};
+use super::search::{Solutions, compact, extended};
 use super::solve::{Bodies, Solution};
 use super::sources::SourceModel;
 use rayon::prelude::*;
@@ -15,6 +15,12 @@ const CLEAR: f64 = 2.0;
 
 /// Standard deviations of χ² beyond which a loss that is less by so much is not taken for more unknowns.
 const CLEAR_OF_ALL: f64 = 2.0;
+
+/// Standard errors of a variance up to which what is left is noise, so that no more bodies are looked for.
+const NOISE_ERRORS: f64 = 2.0;
+
+/// Numbers that a tensor has more than a strength.
+const MORE_OF_TENSOR: f64 = 5.0;
 
 /// What all rows are explained with: compact bodies and bodies of any form, by their number, none first.
 pub(super) struct Found {
@@ -31,16 +37,42 @@ pub(super) struct Candidate {
 
 impl Found {
     /// Searches anew; `known` are solutions of rows that are nearly the same.
-    pub fn new(
+    pub fn new<'a>(
         task: &Task,
         rows: &Rows,
         most: usize,
-        known: Option<&Self>,
+        known: Option<&'a Self>,
     ) -> Result<Self, Cancelled> {
-        let (compact, extended) = known.map_or((&[][..], &[][..]), |k| (&k.compact, &k.extended));
-        let compact = search(&task.subtask(0.0, 0.4), rows, most, compact)?;
-        let extended = search_extended(&task.subtask(0.4, 1.0), rows, most, &compact, extended)?;
-        Ok(Self { compact, extended })
+        let none = || vec![vec![Solution::none(rows)]];
+        let mut found = Self { compact: none(), extended: none() };
+        let known_of = |is_extended: bool, bodies: usize| {
+            let of = |known: &'a Self| known.of(Candidate { bodies, is_extended });
+            known.and_then(of).map_or(&[][..], |solutions| solutions)
+        };
+        let is_noise = |solution: &Solution| {
+            let std_error = (2.0 / rows.right.len() as f64).sqrt();
+            solution.variance(rows.dof) < 1.0 + NOISE_ERRORS * std_error
+        };
+        for count in 1..=most {
+            task.step(count - 1, most)?;
+            let last = |all: &[Solutions]| all.get(count - 1).map(|solutions| solutions[0].clone());
+            let (compact_base, extended_base) = (last(&found.compact), last(&found.extended));
+            let mut before = compact_base.iter().chain(&extended_base);
+            if count > 1 && before.any(is_noise) {
+                break;
+            }
+            if let Some(base) = &compact_base {
+                let known_base = known_of(false, count - 1).first();
+                let new = compact(task, rows, base, known_of(false, count), known_base)?;
+                found.compact.extend((!new.is_empty()).then_some(new));
+            }
+            if let Some(base) = &extended_base {
+                let as_many = found.compact.get(count).map(|solutions| &solutions[0]);
+                let new = extended(task, rows, base, as_many, known_of(true, count))?;
+                found.extended.extend((!new.is_empty()).then_some(new));
+            }
+        }
+        Ok(found)
     }
 
     /// The simplest one first.
@@ -79,12 +111,12 @@ pub(super) fn hold_out(
     task: &Task,
     rows: &Rows,
     folds: &Folds,
-    most: usize,
     known: &Found,
 ) -> Result<FoldSolutions, Cancelled> {
     let quiet = Task::cancelled_by(task.cancel.clone());
     let all: Vec<usize> = (0..rows.len()).collect();
     let candidates = known.candidates();
+    let most = known.compact.len().max(known.extended.len()) - 1;
     let done = AtomicUsize::new(0);
     let of_fold = |out: &Vec<usize>| {
         let rest: Vec<usize> =
@@ -127,7 +159,7 @@ pub(super) fn hold_out(
         && next.bodies == candidates[chosen].bodies
         && let (Some(compact), Some(extended)) = (known.best(candidates[chosen]), known.best(*next))
     {
-        let more = (extended.unknowns - compact.unknowns).max(0.0);
+        let more = MORE_OF_TENSOR * next.bodies as f64;
         let gain = (compact.loss - extended.loss) / extended.variance(rows.dof).max(1.0);
         if gain > more + CLEAR_OF_ALL * (2.0 * more).sqrt() {
             chosen += 1;

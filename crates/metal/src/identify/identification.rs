@@ -202,7 +202,7 @@ pub fn identify(
     let rows = rows_mm.over_noise(&noise);
     let folds = Folds::of_rows(rows.len(), settings.folds, settings.seed);
     let FoldSolutions { without, mean_losses, chosen } =
-        hold_out(&task.subtask(0.4, 1.0), &rows, &folds, settings.most, &found)?;
+        hold_out(&task.subtask(0.4, 1.0), &rows, &folds, &found)?;
     let candidates = found.candidates();
     let Candidate { bodies: count, .. } = candidates[chosen];
     let solutions = found.of(candidates[chosen]).map_or(&[][..], |solutions| solutions);
@@ -211,6 +211,29 @@ pub fn identify(
     let disturbance = noise_left_squares(&rows_mm, none, &noise);
     let left = noise_left_squares(&rows_mm, best, &noise);
     let unexplained = unexplained(&noise, rows.len(), left, disturbance);
+    if std::env::var("DEBUG").is_ok() {
+        for list in [&found.compact, &found.extended] {
+            for s in list.iter().flatten() {
+                println!(
+                    "    {:?} loss {:.1} {:.1}: {:.0?}",
+                    s.model,
+                    s.loss,
+                    s.unknowns,
+                    s.sources
+                        .iter()
+                        .map(|s| s.center_mm.coords.as_slice().to_vec())
+                        .collect::<Vec<_>>()
+                );
+                for e in &s.extended {
+                    println!(
+                        "       extent {:.0} g^1/3 {:.0}",
+                        e.extent_mm,
+                        super::multipoles::largest(&e.entries).cbrt()
+                    );
+                }
+            }
+        }
+    }
     let mut bodies = found_bodies(&rows, best, others, unexplained > MISFIT);
     let is_phantom = |body: &FoundBody| body.doubt().is_some_and(BodyDoubt::is_phantom);
     // What stands for something else makes the others doubtful.

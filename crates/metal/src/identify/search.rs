@@ -33,9 +33,6 @@ const LEAST_TENSOR_GAIN: f64 = 35.0;
 /// Measurements at which tensors are judged, at most.
 const JUDGED_TENSORS: usize = 150;
 
-/// Standard errors of a variance up to which what is left is noise.
-const NOISE_ERRORS: f64 = 3.0;
-
 /// Bodies nearer than this to each other are the same, found as dipoles and as spheres.
 const SAME_MM: f64 = 20.0;
 
@@ -48,99 +45,76 @@ const GAIN_OF_ANOTHER: f64 = 0.6;
 /// The best solutions of a number of bodies, the best one first.
 pub(super) type Solutions = Vec<Solution>;
 
-/// For 0 to `most` bodies the best solutions; fewer numbers where one more body gains nothing.
+/// As many compact bodies, one more than the base has; none where that gains nothing.
 ///
-/// `known` are those of rows that are nearly the same: bodies that gained much there start where they were,
-/// as no search would find others.
-pub(super) fn search(
+/// `known` are those of rows that are nearly the same: where they gain much, the search starts there, as no search would
+/// find others.
+pub(super) fn compact(
     task: &Task,
     rows: &Rows,
-    most: usize,
-    known: &[Solutions],
-) -> Result<Vec<Solutions>, Cancelled> {
-    let places = places(rows);
-    let mut all = vec![vec![Solution::none(rows)]];
-    for count in 0..most {
-        task.step(count, most)?;
-        let mut found = Vec::new();
-        if let [before, after, ..] = &known[count.min(known.len())..]
-            && after[0].loss < before[0].loss - CLEAR_GAIN * after[0].variance(rows.dof)
-        {
-            for Solution { model, sources, weights, .. } in after {
-                let picked =
-                    if weights.len() == rows.len() { weights } else { &all[count][0].weights };
-                found.extend(solve(task, rows, *model, sources, picked)?);
-            }
-            found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
-        }
-        if found.is_empty() {
-            found = one_more(task, rows, &places, &all[count][0])?;
-        }
-        let is_better = |new: &Solution| new.loss < all[count][0].loss;
-        match found.first().is_some_and(is_better) {
-            true => all.push(found),
-            false => break,
-        }
-    }
-    Ok(all)
-}
-
-/// For 0 to `most` bodies of any form the best solutions; fewer numbers where one more body gains nothing, or noise alone
-/// is left.
-///
-/// `compact` are those of spheres; `known` as in [`search`].
-pub(super) fn search_extended(
-    task: &Task,
-    rows: &Rows,
-    most: usize,
-    compact: &[Solutions],
-    known: &[Solutions],
-) -> Result<Vec<Solutions>, Cancelled> {
-    let places = places(rows);
-    let mut all = vec![vec![Solution::none(rows)]];
-    for count in 1..=most {
-        let base = &all[count - 1][0];
-        let mut found: Vec<Solution> = Vec::new();
-        match known.get(count) {
-            Some(known) => {
-                for Solution { extended, weights, .. } in known {
-                    let picked = if weights.len() == rows.len() { weights } else { &base.weights };
-                    found.extend(solve_extended(task, rows, extended, picked, true)?);
-                }
-            }
-            None if !known.is_empty() => break,
-            None => {
-                let left_noise = 1.0 + NOISE_ERRORS * (2.0 / rows.right.len() as f64).sqrt();
-                if count > 1 && base.variance(rows.dof) < left_noise {
-                    break;
-                }
-                for start in extended_starts(task, rows, &places, base)? {
-                    found.extend(solve_extended(task, rows, &start, &base.weights, false)?);
-                }
-                if let Some(compact) = compact.get(count).and_then(|solutions| solutions.first()) {
-                    let centers: Vec<_> = compact.sources.iter().map(|s| s.center_mm).collect();
-                    let start = solve_tensors(task, rows, &centers, &compact.weights)?;
-                    if let Some(start) = start {
-                        let weights = &compact.weights;
-                        found.extend(solve_extended(task, rows, &start.extended, weights, false)?);
-                    }
-                }
-            }
+    base: &Solution,
+    known: &[Solution],
+    known_base: Option<&Solution>,
+) -> Result<Solutions, Cancelled> {
+    let mut found = Vec::new();
+    if let (Some(after), Some(before)) = (known.first(), known_base)
+        && after.loss < before.loss - CLEAR_GAIN * after.variance(rows.dof)
+    {
+        for Solution { model, sources, weights, .. } in known {
+            let picked = if weights.len() == rows.len() { weights } else { &base.weights };
+            found.extend(solve(task, rows, *model, sources, picked)?);
         }
         found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
-        let mut distinct: Vec<Solution> = Vec::new();
-        for solution in found {
-            if is_new(&distinct, &solution) {
-                distinct.push(solution);
+    }
+    if found.is_empty() {
+        found = one_more(task, rows, &places(rows), base)?;
+    }
+    let is_better = |new: &Solution| new.loss < base.loss;
+    match found.first().is_some_and(is_better) {
+        true => Ok(found),
+        false => Ok(Vec::new()),
+    }
+}
+
+/// So many bodies of any form, one more than the base has; none where that gains nothing.
+///
+/// `compact` are as many spheres or dipoles; `known` as in [`search`].
+pub(super) fn extended(
+    task: &Task,
+    rows: &Rows,
+    base: &Solution,
+    compact: Option<&Solution>,
+    known: &[Solution],
+) -> Result<Solutions, Cancelled> {
+    let mut found: Vec<Solution> = Vec::new();
+    for Solution { extended, weights, .. } in known {
+        let picked = if weights.len() == rows.len() { weights } else { &base.weights };
+        found.extend(solve_extended(task, rows, extended, picked, true)?);
+    }
+    if known.is_empty() {
+        for start in extended_starts(task, rows, &places(rows), base)? {
+            found.extend(solve_extended(task, rows, &start, &base.weights, false)?);
+        }
+        if let Some(compact) = compact {
+            let centers: Vec<_> = compact.sources.iter().map(|s| s.center_mm).collect();
+            if let Some(start) = solve_tensors(task, rows, &centers, &compact.weights)? {
+                let weights = &compact.weights;
+                found.extend(solve_extended(task, rows, &start.extended, weights, false)?);
             }
         }
-        let least = base.loss - LEAST_TENSOR_GAIN * base.variance(rows.dof);
-        match distinct.first().is_some_and(|new| new.loss < least) {
-            true => all.push(distinct),
-            false => break,
+    }
+    found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    let mut distinct: Vec<Solution> = Vec::new();
+    for solution in found {
+        if is_new(&distinct, &solution) {
+            distinct.push(solution);
         }
     }
-    Ok(all)
+    let least = base.loss - LEAST_TENSOR_GAIN * base.variance(rows.dof);
+    match distinct.first().is_some_and(|new| new.loss < least) {
+        true => Ok(distinct),
+        false => Ok(Vec::new()),
+    }
 }
 
 /// The base's bodies with one more, a tensor that explains much of what they leave.

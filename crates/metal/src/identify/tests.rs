@@ -192,8 +192,8 @@ fn covered(balls: &[Ball], count: usize, seeds: std::ops::Range<u64>) -> (usize,
         let noise = Noise { position_mm: POSITION_NOISE_MM, rotation_rad: ROTATION_NOISE_RAD };
         let rows = rows::Rows::new(&task, &Generator::planar_nine(), &set).unwrap();
         let rows = rows.over_noise(&noise);
-        let found = search::search(&task, &rows, balls.len(), &[]).unwrap();
-        let best = &found[balls.len()];
+        let found = held_out::Found::new(&task, &rows, balls.len(), None).unwrap();
+        let best = &found.compact[balls.len()];
         let bodies = found_body::found_bodies(&rows, &best[0], &[], false);
         for ball in balls {
             let nearest =
