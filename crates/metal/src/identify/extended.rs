@@ -23,7 +23,7 @@ use trackwright_task::{Cancelled, Task};
 pub(super) const OF_EXTENDED: usize = 3 + OF_ALL;
 
 const MAX_STEPS: usize = 30;
-const CONVERGED: f64 = 1e-2;
+const CONVERGED: f64 = 0.03;
 const STEP_MM: f64 = 0.1;
 const MAX_STEP_MM: f64 = 60.0;
 const FIRST_DAMPING: f64 = 1e-3;
@@ -37,6 +37,13 @@ const SAME_EXTENT: f64 = 0.05;
 
 /// Largest extent of a body: a farther multipole has no meaning in a room.
 const MOST_EXTENT_MM: f64 = 500.0;
+
+/// Standard deviation of a compact body's multipoles from those of a sphere, over what they may be.
+const NOT_A_SPHERE: f64 = 0.1;
+
+/// Steps to larger extents, and what a loss may be more there: 95 % of a χ² of one degree of freedom are within it.
+const WIDER: f64 = 1.4;
+const AS_GOOD_EXTENT: f64 = 3.84;
 
 /// Least extent over the cubic root of the strength: of a sphere and of a disc the entries beyond the tensor are then 0.7
 /// to 1.3 of the prior's width.
@@ -83,6 +90,30 @@ impl Extended {
     }
 }
 
+/// Covariance of the unknowns of compact bodies, [`super::sources::OF_BODY`] each, that may be nearly spheres: boxes or
+/// balls with a hole. `None` where the rows do not determine them.
+pub(super) fn nearly_spheres(rows: &Rows, best: &Solution) -> Option<DMatrix<f64>> {
+    let unknowns = best.slopes.ncols();
+    let all = unknowns + OF_ALL * best.sources.len();
+    let mut wide = Solution { prior: DVector::zeros(all), ..best.clone() };
+    wide.slopes = DMatrix::zeros(best.left.len(), all);
+    wide.slopes.columns_mut(0, unknowns).copy_from(&best.slopes);
+    for (k, source) in best.sources.iter().enumerate() {
+        let from = unknowns + k * OF_ALL;
+        let columns = columns(rows, &source.center_mm, OF_ALL);
+        wide.slopes.columns_mut(from, OF_ALL).copy_from(&columns);
+        let strength = source.strength_mm3.abs();
+        let extent_mm = LEAST_EXTENT * strength.cbrt();
+        for (entries, power) in [(0..OF_TENSOR, 0), (OF_TENSOR..OF_NEXT, 2), (OF_NEXT..OF_ALL, 4)] {
+            let width = NOT_A_SPHERE * strength * extent_mm.powi(power);
+            let entries = from + entries.start..from + entries.end;
+            wide.prior.rows_range_mut(entries).fill(width.powi(-2));
+        }
+    }
+    let covariance = wide.covariance(rows.dof)?;
+    Some(covariance.view((0, 0), (unknowns, unknowns)).into_owned())
+}
+
 /// What the bodies add to the rows.
 pub(super) fn explained(rows: &Rows, bodies: &[Extended]) -> Vec<f64> {
     let mut sum = DVector::zeros(rows.right.len());
@@ -101,7 +132,42 @@ pub(super) fn solve_tensors(
     weights: &[f64],
 ) -> Result<Option<Solution>, Cancelled> {
     let start: Vec<Extended> = start.iter().map(|center| Extended::at(*center)).collect();
-    near(task, rows, &start, OF_TENSOR, weights)
+    let prior = Prior::new(&start, OF_TENSOR);
+    let mut weights = weights.to_vec();
+    let Some(mut state) = State::new(rows, start, &prior, &weights) else { return Ok(None) };
+    let mut damping = FIRST_DAMPING;
+    for step in 0..MAX_STEPS {
+        task.step(0, 1)?;
+        if step > 0 {
+            weights = huber_weights(&state.left, rows.dof);
+            state.square = state.square(&prior, &weights, rows.dof);
+        }
+        let equations = Equations::new(rows, &state, &prior, &weights);
+        let mut gain = f64::INFINITY;
+        let next = loop {
+            if let Some((moved, expected)) = equations.step(&state, damping) {
+                gain = expected;
+                let next = State::new(rows, moved, &prior, &weights);
+                if let Some(next) = next.filter(|next| next.square < state.square) {
+                    break Some(next);
+                }
+            }
+            damping *= MORE_DAMPING;
+            if damping > MAX_DAMPING || gain < CONVERGED {
+                break None;
+            }
+        };
+        damping = (damping * LESS_DAMPING).max(1e-12);
+        let is_stuck = next.is_none();
+        state = next.unwrap_or(state);
+        if gain < CONVERGED {
+            return Ok(Some(state.solution(rows, prior)));
+        }
+        if is_stuck {
+            return Ok(None);
+        }
+    }
+    Ok(None)
 }
 
 /// The best bodies near a start with all multipoles; their extents are found as well, where `is_known` does not hold.
@@ -118,7 +184,7 @@ pub(super) fn solve_extended(
     }
     let mut best = None;
     for _ in 0..if is_known { 1 } else { ROUNDS } {
-        let Some(solution) = near(task, rows, &bodies, OF_ALL, weights)? else {
+        let Some(solution) = near(task, rows, &bodies, weights)? else {
             break;
         };
         bodies.clone_from(&solution.extended);
@@ -129,6 +195,29 @@ pub(super) fn solve_extended(
         }
     }
     Ok(best)
+}
+
+/// The same with the largest extents that explain the rows as well: what is not known of a body's extent makes the interval
+/// of its middle longer.
+pub(super) fn widened(task: &Task, rows: &Rows, best: Solution) -> Result<Solution, Cancelled> {
+    let mut least = best.loss;
+    let mut widest = best;
+    for body in 0..widest.extended.len() {
+        loop {
+            let mut start = widest.extended.clone();
+            start[body].extent_mm *= WIDER;
+            if start[body].extent_mm > MOST_EXTENT_MM {
+                break;
+            }
+            let wider = near(task, rows, &start, &widest.weights)?;
+            let Some(wider) = wider.filter(|wider| wider.loss < least + AS_GOOD_EXTENT) else {
+                break;
+            };
+            least = least.min(wider.loss);
+            widest = wider;
+        }
+    }
+    Ok(widest)
 }
 
 /// Sets each extent to what the multipoles found state; whether any changed.
@@ -158,91 +247,82 @@ fn update_extents(solution: &Solution, bodies: &mut [Extended], dof: usize) -> b
     has_changed
 }
 
-/// Levenberg–Marquardt with the prior of the start.
+/// The middles at which tensors are best, with the prior of the start.
 fn near(
     task: &Task,
     rows: &Rows,
     start: &[Extended],
-    terms: usize,
     weights: &[f64],
 ) -> Result<Option<Solution>, Cancelled> {
-    let of_body = 3 + terms;
-    let mut prior = Prior {
-        terms,
-        mean: DVector::zeros(of_body * start.len()),
-        precision: DVector::zeros(of_body * start.len()),
-    };
-    for (k, body) in start.iter().enumerate().filter(|_| terms > OF_TENSOR) {
-        let from = k * of_body + 3;
-        let precision = |power: i32| (largest(&body.entries) * body.extent_mm.powi(power)).powi(-2);
-        prior.precision.rows_range_mut(from + OF_TENSOR..from + OF_NEXT).fill(precision(2));
-        prior.precision.rows_range_mut(from + OF_NEXT..from + OF_ALL).fill(precision(4));
-        let mean = DVector::from_vec(body.prior_mean(terms));
-        prior.mean.rows_mut(from, terms).copy_from(&mean);
-    }
+    let prior = Prior::new(start, OF_ALL);
     let mut weights = weights.to_vec();
-    let Some(mut state) = State::new(rows, start.to_vec(), &prior, &weights, None) else {
+    let Some(mut state) = State::new(rows, start.to_vec(), &prior, &weights) else {
         return Ok(None);
     };
-    let mut damping = FIRST_DAMPING;
+    let mut last_step = DVector::zeros(3 * start.len());
+    let mut part: f64 = 1.0;
     for step in 0..MAX_STEPS {
         task.step(0, 1)?;
         if step > 0 {
             weights = huber_weights(&state.left, rows.dof);
-            state.square = state.square(&prior, &weights, rows.dof);
         }
-        let slopes = state.slopes(rows, &prior);
-        let (mut normal, mut slope) = equations(&slopes, &state.left, &weights, rows.dof);
-        let unknowns = state.unknowns();
-        for i in 0..slope.len() {
-            normal[(i, i)] += prior.precision[i];
-            slope[i] -= prior.precision[i] * (unknowns[i] - prior.mean[i]);
-        }
-        let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
-        let mut gain = f64::INFINITY;
-        let next = loop {
-            let damped = DMatrix::from_fn(slope.len(), slope.len(), |i, j| {
-                let is_middle = i == j && i % of_body < 3;
-                let more = if is_middle { 1.0 + damping } else { 1.0 + 1e-12 * f64::from(i == j) };
-                normal[(i, j)] * scale[i] * scale[j] * more
-            });
-            if let Some(factor) = damped.cholesky() {
-                let step = factor.solve(&slope.component_mul(&scale)).component_mul(&scale);
-                gain = step.dot(&slope);
-                let moved = state.bodies.iter().enumerate().map(|(k, body)| {
-                    let step: Vector3<f64> = step.fixed_rows::<3>(k * of_body).into_owned();
-                    let length_mm = step.norm().max(1e-9);
-                    let step = step * (MAX_STEP_MM / length_mm).min(1.0);
-                    Extended { center_mm: body.center_mm + step, ..body.clone() }
-                });
-                let held = Some(&state.columns);
-                let next = State::new(rows, moved.collect(), &prior, &weights, held);
-                if let Some(next) = next.filter(|next| next.square < state.square) {
-                    break Some(next);
-                }
-            }
-            damping *= MORE_DAMPING;
-            if damping > MAX_DAMPING || gain < CONVERGED {
-                break None;
-            }
-        };
-        damping = (damping * LESS_DAMPING).max(1e-12);
-        let is_stuck = next.is_none();
-        if let Some(next) = next {
-            let Some(next) = State::new(rows, next.bodies, &prior, &weights, None) else {
-                return Ok(None);
-            };
-            state = next;
-        }
+        let equations = Equations::new(rows, &state, &prior, &weights);
+        let Some((mut moved, gain)) = equations.step(&state, 0.0) else { return Ok(None) };
         if gain < CONVERGED {
-            let slopes = state.slopes(rows, &prior);
-            return Ok(Some(state.solution(rows, slopes, prior)));
+            return Ok(Some(state.solution(rows, prior)));
         }
-        if is_stuck {
-            return Ok(None);
+        let steps = moved.iter().zip(&state.bodies);
+        let steps = steps.flat_map(|(new, old)| <[f64; 3]>::from(new.center_mm - old.center_mm));
+        let step = DVector::from_iterator(last_step.len(), steps);
+        // The covariance held at one place and then at the next may lead to and fro between them.
+        let is_back = step.dot(&last_step) < 0.0;
+        part = if is_back { 0.5 * part } else { (1.5 * part).min(1.0) };
+        for (body, old) in moved.iter_mut().zip(&state.bodies) {
+            body.center_mm = old.center_mm + part * (body.center_mm - old.center_mm);
         }
+        last_step = step;
+        let Some(next) = State::new(rows, moved, &prior, &weights) else { return Ok(None) };
+        state = next;
     }
     Ok(None)
+}
+
+/// The linearised equations of middles and entries at a state.
+struct Equations {
+    normal: DMatrix<f64>,
+    slope: DVector<f64>,
+}
+
+impl Equations {
+    fn new(rows: &Rows, state: &State, prior: &Prior, weights: &[f64]) -> Self {
+        let slopes = state.slopes(rows, prior);
+        let (mut normal, mut slope) = equations(&slopes, &state.left, weights, rows.dof);
+        let off = state.unknowns() - &prior.mean;
+        for i in 0..slope.len() {
+            normal[(i, i)] += prior.precision[i];
+            slope[i] -= prior.precision[i] * off[i];
+        }
+        Self { normal, slope }
+    }
+
+    /// Where the middles go, and the expected gain.
+    fn step(&self, state: &State, damping: f64) -> Option<(Vec<Extended>, f64)> {
+        let of_body = self.slope.len() / state.bodies.len();
+        let scale = self.normal.diagonal().map(|d| 1.0 / d.sqrt());
+        let damped = DMatrix::from_fn(self.slope.len(), self.slope.len(), |i, j| {
+            let is_middle = i == j && i % of_body < 3;
+            let more = if is_middle { 1.0 + damping } else { 1.0 + 1e-12 * f64::from(i == j) };
+            self.normal[(i, j)] * scale[i] * scale[j] * more
+        });
+        let step = damped.cholesky()?.solve(&self.slope.component_mul(&scale));
+        let step = step.component_mul(&scale);
+        let moved = state.bodies.iter().enumerate().map(|(k, body)| {
+            let step: Vector3<f64> = step.fixed_rows::<3>(k * of_body).into_owned();
+            let step = step * (MAX_STEP_MM / step.norm().max(1e-9)).min(1.0);
+            Extended { center_mm: body.center_mm + step, ..body.clone() }
+        });
+        Some((moved.collect(), step.dot(&self.slope)))
+    }
 }
 
 /// What unknowns are held near, and how much, in noise; middles and tensors are free.
@@ -254,6 +334,23 @@ struct Prior {
 }
 
 impl Prior {
+    fn new(bodies: &[Extended], terms: usize) -> Self {
+        let of_body = 3 + terms;
+        let zero = || DVector::zeros(of_body * bodies.len());
+        let mut prior = Self { terms, mean: zero(), precision: zero() };
+        for (k, body) in bodies.iter().enumerate().filter(|_| terms > OF_TENSOR) {
+            let from = k * of_body + 3;
+            let width = |power: i32| largest(&body.entries) * body.extent_mm.powi(power);
+            for (entries, power) in [(OF_TENSOR..OF_NEXT, 2), (OF_NEXT..OF_ALL, 4)] {
+                let entries = from + entries.start..from + entries.end;
+                prior.precision.rows_range_mut(entries).fill(width(power).powi(-2));
+            }
+            let mean = DVector::from_vec(body.prior_mean(terms));
+            prior.mean.rows_mut(from, terms).copy_from(&mean);
+        }
+        prior
+    }
+
     fn square(&self, unknowns: &DVector<f64>) -> f64 {
         let off = unknowns - &self.mean;
         off.component_mul(&off).dot(&self.precision)
@@ -269,14 +366,8 @@ struct State {
 }
 
 impl State {
-    /// Entries are the best for their middles; columns beyond tensors are those that are `held`, if any.
-    fn new(
-        rows: &Rows,
-        mut bodies: Vec<Extended>,
-        prior: &Prior,
-        weights: &[f64],
-        held: Option<&DMatrix<f64>>,
-    ) -> Option<Self> {
+    /// Entries are the best for their middles.
+    fn new(rows: &Rows, mut bodies: Vec<Extended>, prior: &Prior, weights: &[f64]) -> Option<Self> {
         let is_apart = |body: &Extended| {
             let apart = |p: &Point3<f64>| (p - body.center_mm).norm() > MIN_FROM_SAMPLE_MM;
             body.center_mm.iter().all(|v| v.is_finite()) && rows.positions_mm.iter().all(apart)
@@ -291,13 +382,8 @@ impl State {
         }
         let terms = prior.terms;
         let mut all = DMatrix::zeros(rows.right.len(), terms * bodies.len());
-        if let Some(held) = held {
-            all.copy_from(held);
-        }
-        let moving = if held.is_some() { OF_TENSOR } else { terms };
         for (k, body) in bodies.iter().enumerate() {
-            let own = columns(rows, &body.center_mm, moving);
-            all.columns_mut(k * terms, moving).copy_from(&own);
+            all.columns_mut(k * terms, terms).copy_from(&columns(rows, &body.center_mm, terms));
         }
         let (mut normal, mut slope) = equations(&all, &rows.right, weights, rows.dof);
         for i in 0..slope.len() {
@@ -355,7 +441,8 @@ impl State {
         slopes
     }
 
-    fn solution(self, rows: &Rows, slopes: DMatrix<f64>, prior: Prior) -> Solution {
+    fn solution(self, rows: &Rows, prior: Prior) -> Solution {
+        let slopes = self.slopes(rows, &prior);
         let weights = huber_weights(&self.left, rows.dof);
         let held = prior.square(&self.unknowns());
         let mut solution = Solution {

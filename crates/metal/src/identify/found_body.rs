@@ -1,6 +1,7 @@
 //! The bodies of a solution: their places with intervals, their kind and their form, and what makes each doubtful.
 
 use super::extended::OF_EXTENDED;
+use super::extended::nearly_spheres;
 use super::multipoles::{OF_TENSOR, tensor};
 use super::rows::Rows;
 use super::solve::Solution;
@@ -162,7 +163,11 @@ pub(super) fn found_bodies(
     others: &[Solution],
     is_misfit: bool,
 ) -> Vec<FoundBody> {
-    let covariance = best.covariance(rows.dof);
+    let covariance = match best.model {
+        SourceModel::Multipoles => best.covariance(rows.dof),
+        // What is compact is seldom a sphere.
+        SourceModel::Dipoles | SourceModel::Spheres => nearly_spheres(rows, best),
+    };
     let bounds = Bounds::around(rows.positions_mm.iter().copied());
     let variance = best.variance(rows.dof).max(1.0);
     let rival = others.iter().find(|other| other.loss - best.loss < AS_GOOD * variance);

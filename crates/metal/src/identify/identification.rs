@@ -28,7 +28,11 @@ pub const MIN_MEASUREMENTS: usize = 20;
 pub const MOST_LEFT: f64 = 0.5;
 
 /// Part of the disturbance that bodies leave beyond the noise, of which more is reported as misfit.
-pub const MISFIT: f64 = 0.1;
+pub const MISFIT: f64 = 0.05;
+
+/// Weight of a measurement that is wrong, and the part of the measurements that may be.
+const WRONG: f64 = 0.3;
+const FEW: f64 = 0.03;
 
 /// A change of the noise that changes no weights to speak of.
 const SAME_NOISE: f64 = 0.05;
@@ -211,29 +215,6 @@ pub fn identify(
     let disturbance = noise_left_squares(&rows_mm, none, &noise);
     let left = noise_left_squares(&rows_mm, best, &noise);
     let unexplained = unexplained(&noise, rows.len(), left, disturbance);
-    if std::env::var("DEBUG").is_ok() {
-        for list in [&found.compact, &found.extended] {
-            for s in list.iter().flatten() {
-                println!(
-                    "    {:?} loss {:.1} {:.1}: {:.0?}",
-                    s.model,
-                    s.loss,
-                    s.unknowns,
-                    s.sources
-                        .iter()
-                        .map(|s| s.center_mm.coords.as_slice().to_vec())
-                        .collect::<Vec<_>>()
-                );
-                for e in &s.extended {
-                    println!(
-                        "       extent {:.0} g^1/3 {:.0}",
-                        e.extent_mm,
-                        super::multipoles::largest(&e.entries).cbrt()
-                    );
-                }
-            }
-        }
-    }
     let mut bodies = found_bodies(&rows, best, others, unexplained > MISFIT);
     let is_phantom = |body: &FoundBody| body.doubt().is_some_and(BodyDoubt::is_phantom);
     // What stands for something else makes the others doubtful.
@@ -390,9 +371,13 @@ fn noise_left(rows_mm: &Rows, solution: &Solution) -> Noise {
 /// Mean squares of position and rotation that are left beyond the noise, weighted as in the solution.
 fn noise_left_squares(rows_mm: &Rows, solution: &Solution, noise: &Noise) -> [f64; 2] {
     let left = left_mm(rows_mm, solution);
-    let weights: f64 = solution.weights.iter().sum();
+    // A few that are wrong are no misfit.
+    let wrong = solution.weights.iter().filter(|weight| **weight < WRONG).count();
+    let least = if wrong as f64 <= FEW * rows_mm.len() as f64 { WRONG } else { 0.0 };
+    let weights =
+        || solution.weights.iter().map(|weight| if *weight < least { 0.0 } else { *weight });
     let mut squares = [0.0; 2];
-    for (r, weight) in left.chunks_exact(rows_mm.dof).zip(&solution.weights) {
+    for (r, weight) in left.chunks_exact(rows_mm.dof).zip(weights()) {
         let (position, rotation) = r.split_at(super::rows::POSITION_ROWS);
         for (sum, values) in squares.iter_mut().zip([position, rotation]) {
             *sum += weight * values.iter().map(|v| v * v).sum::<f64>();
@@ -401,6 +386,7 @@ fn noise_left_squares(rows_mm: &Rows, solution: &Solution, noise: &Noise) -> [f6
     let lever = trackwright_field::generator::reading::LEVER_MM;
     let rotations = (rows_mm.dof - super::rows::POSITION_ROWS) as f64;
     let of_noise = [3.0 * noise.position_mm.powi(2), rotations * noise.rotation_rad.powi(2)];
+    let weights: f64 = weights().sum();
     let means = [squares[0] / weights, squares[1] / weights / (lever * lever)];
     [0, 1].map(|k| (means[k] - of_noise[k]).max(0.0))
 }

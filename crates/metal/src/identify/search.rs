@@ -1,6 +1,6 @@
 //! The bodies that explain rows best, one more at a time: from starts all around the measurements.
 
-use super::extended::{Extended, solve_extended, solve_tensors};
+use super::extended::{Extended, solve_extended, solve_tensors, widened};
 use super::multipoles::{OF_TENSOR, columns};
 use super::rows::Rows;
 use super::solve::{Solution, solve};
@@ -88,8 +88,9 @@ pub(super) fn extended(
 ) -> Result<Solutions, Cancelled> {
     let mut found: Vec<Solution> = Vec::new();
     for Solution { extended, weights, .. } in known {
-        let picked = if weights.len() == rows.len() { weights } else { &base.weights };
-        found.extend(solve_extended(task, rows, extended, picked, true)?);
+        let is_same = weights.len() == rows.len();
+        let picked = if is_same { weights } else { &base.weights };
+        found.extend(solve_extended(task, rows, extended, picked, !is_same)?);
     }
     if known.is_empty() {
         for start in extended_starts(task, rows, &places(rows), base)? {
@@ -111,10 +112,14 @@ pub(super) fn extended(
         }
     }
     let least = base.loss - LEAST_TENSOR_GAIN * base.variance(rows.dof);
-    match distinct.first().is_some_and(|new| new.loss < least) {
-        true => Ok(distinct),
-        false => Ok(Vec::new()),
+    if distinct.first().is_none_or(|new| new.loss >= least) {
+        return Ok(Vec::new());
     }
+    if known.iter().all(|solution| solution.weights.len() == rows.len()) {
+        let best = distinct.remove(0);
+        distinct.insert(0, widened(task, rows, best)?);
+    }
+    Ok(distinct)
 }
 
 /// The base's bodies with one more, a tensor that explains much of what they leave.
