@@ -69,8 +69,9 @@ fn a_sphere_is_found_as_by_the_command() {
     let metal = state(&app).metal.found.clone().unwrap();
     assert_eq!(metal.found.verdict, Verdict::Found);
     let [body] = &metal.found.bodies[..] else { panic!("{:?}", metal.found.bodies) };
-    assert_eq!((body.kind, body.doubt), (MetalKind::Conductor, None));
-    for (interval, at_mm) in body.center_mm.iter().zip(AT_MM) {
+    assert_eq!(body.kind, MetalKind::Conductor);
+    let known = body.known.as_ref().unwrap();
+    for (interval, at_mm) in known.center_mm.iter().zip(AT_MM) {
         assert!(interval.contains(at_mm) && interval.half_length() < 5.0, "{interval:?} {at_mm}");
     }
 
@@ -213,7 +214,7 @@ fn the_metal_section_shows_what_was_found() {
         |harness| {
             harness.get_by_label("found 1 body");
             harness.get_by_label("1  conductor");
-            let half_mm = body.center_mm[0].half_length();
+            let half_mm = body.known.as_ref().unwrap().center_mm[0].half_length();
             let x = format!("{:.1} ± {half_mm:.1}\u{2009}mm", body.source.center_mm.x);
             harness.get_by_label(&x);
             for name in ["not corrected", "the bodies found"] {

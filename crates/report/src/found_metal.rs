@@ -3,7 +3,8 @@
 use trackwright_field::generator::Generator;
 use trackwright_metal::identify::compare::{Compared, ComparedModel};
 use trackwright_metal::identify::{
-    FoundBody, Identification, IdentifySettings, Interval, MetalKind, Verdict,
+    BodyForm, Form, FoundBody, Identification, IdentifySettings, Interval, KnownBody, MetalKind,
+    Verdict,
 };
 use trackwright_result::{Section, Table, data, with_separators};
 
@@ -13,6 +14,17 @@ pub fn kind_name(kind: MetalKind) -> &'static str {
         MetalKind::Conductor => "conductor",
         MetalKind::Ferromagnetic => "ferromagnetic",
     }
+}
+
+/// How a flat or long body is turned, with the 95 % interval of its axis.
+pub fn form_line(form: &BodyForm) -> String {
+    let [x, y, z] = <[f64; 3]>::from(form.axis.into_inner()).map(|v| (100.0 * v).round() / 100.0 + 0.0);
+    let what = match form.form {
+        Form::Plate => "flat, its normal",
+        Form::Rod => "long, its axis",
+    };
+    let within_deg = form.axis_within95_rad.to_degrees();
+    format!("{what} along ({x:.2}, {y:.2}, {z:.2}) ± {within_deg:.0}°")
 }
 
 /// How many bodies were found, or why there is no answer.
@@ -27,6 +39,10 @@ pub fn verdict_line(found: &Identification) -> String {
         Verdict::NothingFound => {
             "nothing found: bodies explain samples held out no better than noise does".to_owned()
         }
+        Verdict::NotCompact if count == 0 => format!(
+            "cannot tell: a disturbance of {:.2} mm that compact bodies do not explain",
+            found.disturbance.position_mm
+        ),
         Verdict::CannotTell => {
             format!("cannot tell: {bodies} explain a disturbance, but none is determined")
         }
@@ -37,13 +53,11 @@ pub fn verdict_line(found: &Identification) -> String {
     }
 }
 
-/// What makes the intervals too short, where anything does.
+/// What the bodies leave, where that is more than noise.
 pub fn misfit_line(found: &Identification) -> Option<String> {
-    found.is_misfit().then(|| {
-        format!(
-            "The bodies leave {:.0} % of the disturbance: intervals do not contain what such a model lacks",
-            100.0 * found.unexplained
-        )
+    (found.is_misfit() && !found.bodies.is_empty()).then(|| {
+        let left_mm = found.unexplained * found.disturbance.position_mm;
+        format!("a disturbance of {left_mm:.2} mm is left that compact bodies do not explain")
     })
 }
 
@@ -114,47 +128,69 @@ pub fn metal_section(
 }
 
 fn bodies_table(bodies: &[FoundBody]) -> Table {
+    fn known<T>(value: impl Fn(&FoundBody, &KnownBody) -> T) -> impl Fn(&FoundBody) -> Option<T> {
+        move |body| body.known.as_ref().ok().map(|known| value(body, known))
+    }
     let ends = |interval: &Interval| [interval.low, interval.high];
+    let form = |known: &KnownBody| known.form;
     Table::of("bodies", bodies)
         .data("kind", |body| kind_name(body.kind))
-        .data("is_determined", |body| body.doubt.is_none())
-        .data("doubt", |body| body.doubt.map(|doubt| doubt.to_string()))
-        .data("center_mm", |body| <[f64; 3]>::from(body.source.center_mm.coords))
-        .data("center_within95_mm", |body| body.center_mm.map(|interval| ends(&interval)))
-        .data("center_cov_mm2", |body| <[[f64; 3]; 3]>::from(body.center_cov_mm2.transpose()))
-        .data("half_length_mm", |body| body.half_length_mm)
-        .data("strength_mm3", |body| body.source.strength_mm3)
-        .data("strength_within95_mm3", |body| ends(&body.strength_mm3))
-        .data("radius_mm", |body| body.source.radius_mm())
-        .data("radius_within95_mm", |body| ends(&body.radius_mm))
-        .data("nearest_sample_mm", |body| body.nearest_mm)
+        .data("is_determined", |body| body.known.is_ok())
+        .data("doubt", |body| body.doubt().map(ToString::to_string))
+        .data("center_mm", known(|body, _| <[f64; 3]>::from(body.source.center_mm.coords)))
+        .data("center_within95_mm", known(move |_, of| of.center_mm.map(|i| ends(&i))))
+        .data("center_cov_mm2", known(|_, of| <[[f64; 3]; 3]>::from(of.center_cov_mm2.transpose())))
+        .data("half_length_mm", known(|_, of| of.half_length_mm))
+        .data("strength_mm3", known(|body, _| body.source.strength_mm3))
+        .data("strength_within95_mm3", known(move |_, of| ends(&of.strength_mm3)))
+        .data("radius_mm", known(|body, _| body.source.radius_mm()))
+        .data("radius_within95_mm", known(move |_, of| ends(&of.radius_mm)))
+        .data("strengths_mm3", known(|_, of| of.strengths_mm3))
+        .data("form", known(move |_, of| form(of).map(|form| form_name(form.form))))
+        .data("axis", known(move |_, of| form(of).map(|f| <[f64; 3]>::from(f.axis.into_inner()))))
+        .data(
+            "axis_within95_deg",
+            known(move |_, of| form(of).map(|form| form.axis_within95_rad.to_degrees())),
+        )
+        .data("nearest_sample_mm", known(|body, _| body.nearest_mm))
         .done()
 }
 
+fn form_name(form: Form) -> &'static str {
+    match form {
+        Form::Plate => "plate",
+        Form::Rod => "rod",
+    }
+}
+
 fn body_lines(number: usize, body: &FoundBody) -> Vec<String> {
+    let kind = kind_name(body.kind);
+    let known = match &body.known {
+        Ok(known) => known,
+        Err(doubt) => return vec![format!("{number}  {kind}: cannot tell where, {doubt}")],
+    };
     let center = body.source.center_mm;
     // Plus zero makes of a rounded -0 a 0.
     let tenths = |value_mm: f64| (10.0 * value_mm).round() / 10.0 + 0.0;
     let axis =
-        |k: usize| format!("{:.1} ± {:.1}", tenths(center[k]), body.center_mm[k].half_length());
+        |k: usize| format!("{:.1} ± {:.1}", tenths(center[k]), known.center_mm[k].half_length());
     let mut lines = vec![
         format!(
-            "{number}  {}, like a sphere of {:.1} mm radius ({:.1} to {:.1})",
-            kind_name(body.kind),
+            "{number}  {kind}, like a sphere of {:.1} mm radius ({:.1} to {:.1})",
             body.source.radius_mm(),
-            body.radius_mm.low,
-            body.radius_mm.high
+            known.radius_mm.low,
+            known.radius_mm.high
         ),
         format!("   at x {}, y {}, z {} mm (95 %)", axis(0), axis(1), axis(2)),
         format!(
             "   strength {:.0} mm³ ({:.0} to {:.0}), nearest sample {:.0} mm away",
             body.source.strength_mm3,
-            body.strength_mm3.low,
-            body.strength_mm3.high,
+            known.strength_mm3.low,
+            known.strength_mm3.high,
             body.nearest_mm
         ),
     ];
-    lines.extend(body.doubt.map(|doubt| format!("   cannot tell: {doubt}")));
+    lines.extend(known.form.as_ref().map(|form| format!("   {}", form_line(form))));
     lines
 }
 

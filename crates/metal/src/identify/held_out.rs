@@ -16,8 +16,8 @@ const CLEAR: f64 = 2.0;
 /// Standard deviations of χ² beyond which a loss that is less by so much is not taken for more unknowns.
 const CLEAR_OF_ALL: f64 = 2.0;
 
-/// Standard errors of a variance up to which what is left is noise, so that no more bodies are looked for.
-const NOISE_ERRORS: f64 = 2.0;
+/// A loss of bodies of any form that is so much more than the least is not looked at in folds.
+const HOPELESS: f64 = 400.0;
 
 /// Numbers that a tensor has more than a strength.
 const MORE_OF_TENSOR: f64 = 5.0;
@@ -49,16 +49,13 @@ impl Found {
             let of = |known: &'a Self| known.of(Candidate { bodies, is_extended });
             known.and_then(of).map_or(&[][..], |solutions| solutions)
         };
-        let is_noise = |solution: &Solution| {
-            let std_error = (2.0 / rows.right.len() as f64).sqrt();
-            solution.variance(rows.dof) < 1.0 + NOISE_ERRORS * std_error
-        };
+        let none = Solution::none(rows);
         for count in 1..=most {
             task.step(count - 1, most)?;
-            let last = |all: &[Solutions]| all.get(count - 1).map(|solutions| solutions[0].clone());
+            let last = |all: &[Solutions]| all.get(count - 1).and_then(|all| all.first().cloned());
             let (compact_base, extended_base) = (last(&found.compact), last(&found.extended));
             let mut before = compact_base.iter().chain(&extended_base);
-            if count > 1 && before.any(is_noise) {
+            if count > 1 && before.any(|solution| solution.is_noise(rows.dof)) {
                 break;
             }
             if let Some(base) = &compact_base {
@@ -66,11 +63,19 @@ impl Found {
                 let new = compact(task, rows, base, known_of(false, count), known_base)?;
                 found.compact.extend((!new.is_empty()).then_some(new));
             }
-            if let Some(base) = &extended_base {
-                let as_many = found.compact.get(count).map(|solutions| &solutions[0]);
-                let new = extended(task, rows, base, as_many, known_of(true, count))?;
-                found.extended.extend((!new.is_empty()).then_some(new));
-            }
+            let known_extended = known_of(true, count);
+            let has_hope = |known: &Self| {
+                known.candidates().contains(&Candidate { bodies: count, is_extended: true })
+            };
+            let as_many = found.compact.get(count).map(|solutions| &solutions[0]);
+            let new = match (known.is_none_or(has_hope), &extended_base) {
+                (true, Some(base)) => extended(task, rows, base, as_many, known_extended)?,
+                (true, None) if !known_extended.is_empty() => {
+                    extended(task, rows, &none, as_many, known_extended)?
+                }
+                _ => Vec::new(),
+            };
+            found.extended.push(new);
         }
         Ok(found)
     }
@@ -80,10 +85,19 @@ impl Found {
         let most = self.compact.len().max(self.extended.len());
         (0..most)
             .flat_map(|bodies| [false, true].map(|is_extended| Candidate { bodies, is_extended }))
-            .filter(|candidate| {
-                self.of(*candidate).is_some() && (candidate.bodies > 0 || !candidate.is_extended)
+            .filter(|candidate| match self.best(*candidate) {
+                Some(best) if candidate.is_extended => {
+                    candidate.bodies > 0 && best.loss < self.least_loss() + HOPELESS
+                }
+                best => best.is_some(),
             })
             .collect()
+    }
+
+    fn least_loss(&self) -> f64 {
+        let all =
+            self.compact.iter().chain(&self.extended).filter_map(|solutions| solutions.first());
+        all.map(|best| best.loss).fold(f64::INFINITY, f64::min)
     }
 
     pub fn of(&self, candidate: Candidate) -> Option<&Solutions> {

@@ -88,20 +88,22 @@ pub(super) fn extended(
 ) -> Result<Solutions, Cancelled> {
     let mut found: Vec<Solution> = Vec::new();
     for Solution { extended, weights, .. } in known {
-        let is_same = weights.len() == rows.len();
-        let picked = if is_same { weights } else { &base.weights };
-        found.extend(solve_extended(task, rows, extended, picked, !is_same)?);
+        let picked = if weights.len() == rows.len() { weights } else { &base.weights };
+        found.extend(solve_extended(task, rows, extended, picked, true)?);
     }
     if known.is_empty() {
-        for start in extended_starts(task, rows, &places(rows), base)? {
-            found.extend(solve_extended(task, rows, &start, &base.weights, false)?);
-        }
+        let mut starts = Vec::new();
         if let Some(compact) = compact {
             let centers: Vec<_> = compact.sources.iter().map(|s| s.center_mm).collect();
-            if let Some(start) = solve_tensors(task, rows, &centers, &compact.weights)? {
-                let weights = &compact.weights;
-                found.extend(solve_extended(task, rows, &start.extended, weights, false)?);
-            }
+            let tensors = solve_tensors(task, rows, &centers, &compact.weights)?;
+            starts.extend(tensors.map(|tensors| tensors.extended));
+        }
+        // Where compact bodies leave noise alone, others are near them.
+        if starts.is_empty() || !compact.is_some_and(|compact| compact.is_noise(rows.dof)) {
+            starts.extend(extended_starts(task, rows, &places(rows), base)?);
+        }
+        for start in starts {
+            found.extend(solve_extended(task, rows, &start, &base.weights, true)?);
         }
     }
     found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
@@ -117,7 +119,8 @@ pub(super) fn extended(
     }
     if known.iter().all(|solution| solution.weights.len() == rows.len()) {
         let best = distinct.remove(0);
-        distinct.insert(0, widened(task, rows, best)?);
+        let again = solve_extended(task, rows, &best.extended, &best.weights, false)?;
+        distinct.insert(0, widened(task, rows, again.unwrap_or(best))?);
     }
     Ok(distinct)
 }

@@ -10,6 +10,9 @@ use nalgebra::{DMatrix, DVector};
 use trackwright_field::harmonic::huber_weights;
 use trackwright_task::{Cancelled, Task};
 
+/// Standard errors of a variance up to which what is left is noise.
+const NOISE_ERRORS: f64 = 2.0;
+
 /// Steps after which a start leads nowhere; most need 5 to 15.
 const MAX_STEPS: usize = 40;
 
@@ -85,6 +88,12 @@ impl Solution {
     pub fn variance(&self, dof: usize) -> f64 {
         let free = self.left.len() as f64 - self.unknowns;
         weighted_square(&self.left, &self.weights, dof) / free.max(1.0)
+    }
+
+    /// Whether noise alone is left.
+    pub fn is_noise(&self, dof: usize) -> bool {
+        let std_error = (2.0 / self.left.len() as f64).sqrt();
+        self.variance(dof) < 1.0 + NOISE_ERRORS * std_error
     }
 
     /// Covariance of the unknowns; `None` where the rows do not determine them.

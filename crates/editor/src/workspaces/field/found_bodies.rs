@@ -1,5 +1,5 @@
-//! The metal that was found in the measurements, in the 3D view while the workspace is shown: a sphere
-//! each of the equivalent radius, with a cross of the 95 % intervals of its middle.
+//! The metal that was found in the measurements, in the 3D view while the workspace is shown: of each body that is
+//! determined a sphere of the equivalent radius, with a cross of the 95 % intervals of its middle.
 
 use crate::convert;
 use crate::layers::legend::{Legend, LegendKey, Legends, Swatch};
@@ -15,7 +15,7 @@ use bevy::picking::Pickable;
 use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_design::view::Layer;
-use trackwright_metal::identify::FoundBody;
+use trackwright_metal::identify::{FoundBody, KnownBody};
 use trackwright_report::found_metal::kind_name;
 
 /// In the legend it comes after places found for sensors.
@@ -23,8 +23,8 @@ const LEGEND_ORDER: u32 = Layer::PLACEMENT.order + 3;
 
 /// Behind other translucent things.
 const ORDER_MM: f32 = -200.0;
-/// Opacity of middle and rim: of a body that is determined, and of one that is not.
-const ALPHAS: [[f32; 2]; 2] = [[0.25, 0.9], [0.05, 0.35]];
+/// Opacity of middle and rim.
+const ALPHAS: [f32; 2] = [0.25, 0.9];
 const RIM: f32 = 2.5;
 const CROSS_PX: f32 = 2.0;
 /// In front of the sphere.
@@ -72,7 +72,8 @@ fn draw(
     (mut legends, mut labels): (ResMut<Legends>, ResMut<SceneLabels>),
 ) {
     let found = state.metal.found.as_ref();
-    let wanted = found.filter(|metal| *workspace == WORKSPACE && !metal.found.bodies.is_empty());
+    let wanted = found
+        .filter(|metal| *workspace == WORKSPACE && metal.found.determined().next().is_some());
     for (entity, bodies) in &drawn {
         let is_same = wanted.is_some_and(|metal| Arc::ptr_eq(metal, &bodies.metal));
         if is_same && bodies.theme == *theme {
@@ -80,22 +81,22 @@ fn draw(
         }
         commands.entity(entity).despawn();
     }
+    // Numbered as in the panel.
     let bodies = wanted.map_or(&[][..], |metal| &metal.found.bodies);
     let key = wanted.map(|_| {
         let words = "metal found, a sphere like it; its cross: 95 % intervals";
         LegendKey::new(Swatch::Ball(palette::FOUND_METAL), words)
     });
     legends.set(LEGEND_ORDER, Legend { keys: key.into_iter().collect(), ..Legend::default() });
-    labels.set_if_neq(SceneLabels((1..).zip(bodies).map(label).collect()));
+    labels.set_if_neq(SceneLabels((1..).zip(bodies).filter_map(label).collect()));
     let Some(metal) = wanted else { return };
-    let looks = ALPHAS.map(|[middle, rim]| {
-        let look = GlowMaterial::translucent(palette::FOUND_METAL, middle, rim);
-        materials.add(look.rim(RIM).order(ORDER_MM))
-    });
+    let [middle, rim] = ALPHAS;
+    let look = GlowMaterial::translucent(palette::FOUND_METAL, middle, rim);
+    let look = materials.add(look.rim(RIM).order(ORDER_MM));
     let drawn = FoundBodies { metal: Arc::clone(metal), theme: *theme };
     let mut root = commands.spawn((Name::new("found metal"), drawn));
     for body in bodies {
-        let look = &looks[usize::from(body.doubt.is_some())];
+        let Ok(known) = &body.known else { continue };
         let at = Transform::from_translation(convert::point(&body.source.center_mm));
         root.with_child((
             Name::new("found body"),
@@ -107,7 +108,7 @@ fn draw(
         root.with_child((
             Name::new("found interval"),
             Gizmo {
-                handle: gizmos.add(cross(body)),
+                handle: gizmos.add(cross(body, known)),
                 line_config: GizmoLineConfig { width: CROSS_PX, ..default() },
                 depth_bias: CROSS_BIAS,
             },
@@ -117,9 +118,9 @@ fn draw(
 }
 
 /// A line along each axis from one end of the interval to the other.
-fn cross(body: &FoundBody) -> GizmoAsset {
+fn cross(body: &FoundBody, known: &KnownBody) -> GizmoAsset {
     let mut lines = GizmoAsset::default();
-    for (axis, interval) in body.center_mm.iter().enumerate() {
+    for (axis, interval) in known.center_mm.iter().enumerate() {
         let half_mm = interval.half_length();
         if !half_mm.is_finite() || half_mm > MOST_HALF_MM {
             continue;
@@ -134,11 +135,10 @@ fn cross(body: &FoundBody) -> GizmoAsset {
     lines
 }
 
-fn label((number, body): (usize, &FoundBody)) -> SceneLabel {
-    let kind = kind_name(body.kind);
-    let (text, color) = match body.doubt {
-        None => (format!("{number} {kind}"), palette::FOUND_METAL),
-        Some(_) => (format!("{number} {kind}, cannot tell where"), palette::TEXT_QUIET),
-    };
-    SceneLabel { at_mm: body.source.center_mm, text, color }
+fn label((number, body): (usize, &FoundBody)) -> Option<SceneLabel> {
+    body.known.is_ok().then(|| SceneLabel {
+        at_mm: body.source.center_mm,
+        text: format!("{number} {}", kind_name(body.kind)),
+        color: palette::FOUND_METAL,
+    })
 }

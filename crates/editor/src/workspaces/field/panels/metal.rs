@@ -16,7 +16,9 @@ use bevy_egui::egui::{Button, Label, ProgressBar, RichText, Ui};
 use trackwright_field::generator::{BUILT_IN, Generator};
 use trackwright_metal::identify::{FoundBody, Interval};
 use trackwright_project::file_name;
-use trackwright_report::found_metal::{compared_rows, kind_name, misfit_line, verdict_line};
+use trackwright_report::found_metal::{
+    compared_rows, form_line, kind_name, misfit_line, verdict_line,
+};
 
 /// Draws the section while a table is open; `of_room` is the generator of the design's room.
 pub fn metal_ui(ui: &mut Ui, state: &FieldState, of_room: Option<&Generator>) -> Vec<FieldRequest> {
@@ -133,29 +135,36 @@ fn angle(angle_rad: f64) -> String {
 
 fn body_ui(ui: &mut Ui, number: usize, body: &FoundBody) {
     ui.add_space(4.0);
-    let color = match body.doubt {
-        None => palette::FOUND_METAL,
-        Some(_) => palette::TEXT_QUIET,
+    let color = match body.known {
+        Ok(_) => palette::FOUND_METAL,
+        Err(_) => palette::TEXT_QUIET,
     };
     ui.label(RichText::new(format!("{number}  {}", kind_name(body.kind))).color(color.color32()));
+    let known = match &body.known {
+        Ok(known) => known,
+        Err(doubt) => {
+            warning_ui(ui, &format!("cannot tell where: {doubt}"));
+            return;
+        }
+    };
     for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let half = decimal(body.center_mm[k].half_length(), 1);
+        let half = decimal(known.center_mm[k].half_length(), 1);
         let value = format!("{} ± {half}", decimal(body.source.center_mm[k], 1));
         fact_ui(ui, name, &with_unit(&value, "mm"));
     }
-    let Interval { low, high } = body.radius_mm;
+    let Interval { low, high } = known.radius_mm;
     let radius = with_unit(&decimal(body.source.radius_mm(), 1), "mm");
     let interval = format!("{} to {}", decimal(low, 1), decimal(high, 1));
     fact_ui(ui, "equivalent radius", &format!("{radius} ({interval})"));
-    fact_ui(ui, "nearest sample", &with_unit(&decimal(body.nearest_mm, 0), "mm"));
-    if let Some(doubt) = &body.doubt {
-        warning_ui(ui, &format!("cannot tell: {doubt}"));
+    if let Some(form) = &known.form {
+        quiet_ui(ui, form_line(form));
     }
+    fact_ui(ui, "nearest sample", &with_unit(&decimal(body.nearest_mm, 0), "mm"));
 }
 
 /// What can be done with what was found.
 fn next_ui(ui: &mut Ui, metal: &FoundMetal, is_idle: bool, requests: &mut Vec<FieldRequest>) {
-    if !metal.found.bodies.is_empty() {
+    if metal.found.determined().next().is_some() {
         quiet_ui(ui, "± and to: 95 % intervals");
     }
     if !metal.compared.is_empty() {
