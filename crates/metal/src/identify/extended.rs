@@ -474,7 +474,7 @@ impl Solution {
         let slopes = DMatrix::from_fn(self.slopes.nrows(), held.len(), |i, k| {
             root(i) * self.slopes[(i, held[k])] / self.prior[held[k]].sqrt()
         });
-        let normal = slopes.tr_mul(&slopes) + DMatrix::identity(held.len(), held.len());
+        let normal = slopes.transpose() * &slopes + DMatrix::identity(held.len(), held.len());
         let factor = normal.cholesky();
         factor.map_or(0.0, |factor| 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum())
     }

@@ -304,8 +304,9 @@ pub(super) fn equations(
     weights: &[f64],
     dof: usize,
 ) -> (DMatrix<f64>, DVector<f64>) {
-    let weighted =
-        DMatrix::from_fn(slopes.nrows(), slopes.ncols(), |i, j| slopes[(i, j)] * weights[i / dof]);
+    let transposed =
+        DMatrix::from_fn(slopes.ncols(), slopes.nrows(), |j, i| slopes[(i, j)] * weights[i / dof]);
     let left = DVector::from_column_slice(left);
-    (weighted.tr_mul(slopes), weighted.tr_mul(&left))
+    // Several times as fast as `tr_mul`.
+    (&transposed * slopes, &transposed * left)
 }
