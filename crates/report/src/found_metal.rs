@@ -18,7 +18,8 @@ pub fn kind_name(kind: MetalKind) -> &'static str {
 
 /// How a flat or long body is turned, with the 95 % interval of its axis.
 pub fn form_line(form: &BodyForm) -> String {
-    let [x, y, z] = <[f64; 3]>::from(form.axis.into_inner()).map(|v| (100.0 * v).round() / 100.0 + 0.0);
+    let [x, y, z] =
+        <[f64; 3]>::from(form.axis.into_inner()).map(|v| (100.0 * v).round() / 100.0 + 0.0);
     let what = match form.form {
         Form::Plate => "flat, its normal",
         Form::Rod => "long, its axis",

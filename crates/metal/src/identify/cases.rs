@@ -2,8 +2,8 @@
 //!
 //! The truth is independent of what is fitted: meshes are solved for at their surface, spheres by their series.
 
-use super::tests::{POSITION_NOISE_MM, ROTATION_NOISE_RAD, identified, readings};
-use super::{FoundBody, Noise};
+use super::tests::{identified, readings};
+use super::{BodyForm, Form, FoundBody, Identification, Verdict};
 use crate::body::{MetalBody, MetalShape};
 use crate::boundary::BoundaryShape;
 use crate::material::Material;
@@ -171,39 +171,97 @@ impl Case {
     }
 }
 
+/// Numbers that are in their 95 % intervals, of all.
+#[derive(Clone, Copy, Default)]
+struct Covered {
+    inside: usize,
+    all: usize,
+}
+
+impl Covered {
+    fn count(&mut self, is_inside: bool) {
+        self.inside += usize::from(is_inside);
+        self.all += 1;
+    }
+}
+
 impl Case {
-    /// A body beside the nearest piece.
-    fn answer(&self, body: &FoundBody) -> String {
-        let off = |piece: &&Piece| (body.source.center_mm - Point3::from(piece.center_mm)).norm();
-        let Some(piece) = self.pieces.iter().min_by(|a, b| off(a).total_cmp(&off(b))) else {
-            return format!("no such body: {body:?}");
-        };
-        let head = format!(
-            "{:?} off {:.1} at {:.0?}",
-            body.kind,
-            off(&piece),
-            body.source.center_mm.coords.as_slice()
-        );
-        match &body.known {
-            Err(doubt) => format!("{head}: {doubt} {doubt:?}"),
-            Ok(known) => {
-                let inside =
-                    (0..3).filter(|&k| known.center_mm[k].contains(piece.center_mm[k])).count();
-                let form = known.form.map(|form| {
-                    let truth = Vector3::from(piece.z_along).normalize();
-                    let angle = form.axis.dot(&truth).abs().min(1.0).acos().to_degrees();
-                    format!(
-                        "{:?} axis off {angle:.1} ± {:.1}",
-                        form.form,
-                        form.axis_within95_rad.to_degrees()
-                    )
-                });
-                format!(
-                    "{head} ± {:.1}: {inside} of 3, {form:?} {:.0?}",
-                    known.half_length_mm, known.strengths_mm3
-                )
+    fn found(&self, room: &MetalRoom, seed: u64) -> Identification {
+        identified(&readings(room, 350, MeasurementContent::FiveDof, seed))
+    }
+
+    fn nearest(&self, body: &FoundBody) -> Option<&Piece> {
+        let off_mm = |piece: &&Piece| off_mm(body, piece);
+        self.pieces.iter().min_by(|a, b| off_mm(a).total_cmp(&off_mm(b)))
+    }
+
+    /// Counts x, y and z of each body that is determined, and its axis. A body that is nothing counts as four outside.
+    fn count(&self, found: &Identification, centers: &mut Covered, axes: &mut Covered) {
+        for body in found.determined() {
+            let known = body.known.as_ref().unwrap();
+            for k in 0..3 {
+                let truth = self.nearest(body).map_or(f64::NAN, |piece| piece.center_mm[k]);
+                centers.count(known.center_mm[k].contains(truth));
+            }
+            if let (Some(form), Some(piece)) = (&known.form, self.nearest(body)) {
+                axes.count(piece.off_axis_rad(form) < form.axis_within95_rad);
             }
         }
+    }
+
+    /// A body for the page.
+    fn answer(&self, body: &FoundBody) -> String {
+        let known = match &body.known {
+            Err(doubt) => return format!("{:?}: cannot tell, {doubt}", body.kind),
+            Ok(known) => known,
+        };
+        let Some(piece) = self.nearest(body) else { return format!("no such body: {body:?}") };
+        let form = known.form.map_or_else(String::new, |form| {
+            let [off, within] = [piece.off_axis_rad(&form), form.axis_within95_rad];
+            let [off, within] = [off.to_degrees(), within.to_degrees()];
+            format!(", {:?}, axis {off:.0}° off ± {within:.0}°", form.form)
+        });
+        let (off, half) = (off_mm(body, piece), known.half_length_mm);
+        format!("{:?} {off:.1} mm off, ± {half:.1} mm{form}", body.kind)
+    }
+}
+
+impl Piece {
+    fn off_axis_rad(&self, form: &BodyForm) -> f64 {
+        form.axis.dot(&Vector3::from(self.z_along).normalize()).abs().min(1.0).acos()
+    }
+}
+
+fn off_mm(body: &FoundBody, piece: &Piece) -> f64 {
+    (body.source.center_mm - Point3::from(piece.center_mm)).norm()
+}
+
+#[test]
+fn intervals_hold_for_plates_and_boxes() {
+    let (mut centers, mut axes) = (Covered::default(), Covered::default());
+    for name in ["sphere, aluminium, 45 mm", "plate, ferrite", "plate, copper", "box"] {
+        let case = cases().into_iter().find(|case| case.name.starts_with(name)).unwrap();
+        let found = case.found(&case.room(), 7);
+        assert_eq!(found.determined().count(), 1, "{name}: {found:?}");
+        let body = &found.bodies[0];
+        // A sphere and a box are no plates.
+        let form = body.known.as_ref().unwrap().form.map(|form| form.form);
+        assert_eq!(form, name.starts_with("plate").then_some(Form::Plate), "{name}: {body:?}");
+        assert!(off_mm(body, &case.pieces[0]) < 30.0, "{name}: {body:?}");
+        case.count(&found, &mut centers, &mut axes);
+    }
+    // 95 % of 12 are 11; of two axes both but for one time in ten.
+    assert!(centers.inside >= 10, "{} of {}", centers.inside, centers.all);
+    assert!(axes.inside >= 1, "{} of {}", axes.inside, axes.all);
+}
+
+#[test]
+fn a_table_and_a_wall_are_not_determined() {
+    for name in ["table", "wall"] {
+        let case = cases().into_iter().find(|case| case.name.starts_with(name)).unwrap();
+        let found = case.found(&case.room(), 7);
+        assert!(matches!(found.verdict, Verdict::CannotTell | Verdict::NotCompact), "{found:?}");
+        assert_eq!(found.determined().count(), 0, "{found:?}");
     }
 }
 
@@ -213,64 +271,27 @@ impl Case {
 fn page_cases() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
     let draws = number("DRAWS").unwrap_or(3) as u64;
+    let (mut centers, mut axes) = (Covered::default(), Covered::default());
     for (index, case) in cases().iter().enumerate() {
         if number("CASE").is_some_and(|only| only != index) {
             continue;
         }
         let room = case.room();
-        println!("{index}: {}", case.name);
         for seed in 0..draws {
-            let set =
-                readings(&room, 350, MeasurementContent::FiveDof, 1000 * (index as u64 + 1) + seed);
             let start = std::time::Instant::now();
-            let found = identified(&set);
+            let found = case.found(&room, 1000 * (index as u64 + 1) + seed);
+            case.count(&found, &mut centers, &mut axes);
+            let answers: Vec<String> = found.bodies.iter().map(|b| case.answer(b)).collect();
             println!(
-                "  {:?} left {:.2} disturbance {:.2} mm noise {:.3} {:.3} {:.1} s {:?} {:?}",
-                found.verdict,
-                found.unexplained,
+                "| {} | {:.2} | {:?} | {} | {:.1} |",
+                case.name,
                 found.disturbance.position_mm,
-                found.noise.position_mm / POSITION_NOISE_MM,
-                found.noise.rotation_rad / ROTATION_NOISE_RAD,
+                found.verdict,
+                answers.join("; "),
                 start.elapsed().as_secs_f64(),
-                found.model,
-                found
-                    .tried
-                    .iter()
-                    .map(|t| format!(
-                        "{} {:?} {:.3} {:.3}",
-                        t.bodies, t.model, t.held_out_loss, t.left
-                    ))
-                    .collect::<Vec<_>>(),
             );
-            if std::env::var("TRUTH").is_ok() {
-                let task = Task::default();
-                let noise =
-                    Noise { position_mm: POSITION_NOISE_MM, rotation_rad: ROTATION_NOISE_RAD };
-                let rows = super::rows::Rows::new(&task, &Generator::planar_nine(), &set).unwrap();
-                let rows = rows.over_noise(&noise);
-                let centers: Vec<_> = case.pieces.iter().map(|p| p.center_mm.into()).collect();
-                let w = vec![1.0; rows.len()];
-                for known in [false] {
-                    let start = super::extended::solve_tensors(&task, &rows, &centers, &w).unwrap();
-                    let Some(start) = start else {
-                        println!("no tensors");
-                        continue;
-                    };
-                    println!("   tensors {:.1} {:.0?}", start.loss, start.sources);
-                    if let Some(s) =
-                        super::extended::solve_extended(&task, &rows, &start.extended, &w, known)
-                            .unwrap()
-                    {
-                        println!(
-                            "   all {:.1} {:.0?} extent {:.0}",
-                            s.loss, s.sources, s.extended[0].extent_mm
-                        );
-                    }
-                }
-            }
-            for body in &found.bodies {
-                println!("    {}", case.answer(body));
-            }
         }
     }
+    println!("in 95 % intervals: x, y, z {} of {}", centers.inside, centers.all);
+    println!("axes {} of {}", axes.inside, axes.all);
 }

@@ -72,8 +72,8 @@ fn draw(
     (mut legends, mut labels): (ResMut<Legends>, ResMut<SceneLabels>),
 ) {
     let found = state.metal.found.as_ref();
-    let wanted = found
-        .filter(|metal| *workspace == WORKSPACE && metal.found.determined().next().is_some());
+    let wanted =
+        found.filter(|metal| *workspace == WORKSPACE && metal.found.determined().next().is_some());
     for (entity, bodies) in &drawn {
         let is_same = wanted.is_some_and(|metal| Arc::ptr_eq(metal, &bodies.metal));
         if is_same && bodies.theme == *theme {
