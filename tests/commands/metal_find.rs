@@ -1,7 +1,7 @@
 //! The metal of a room through the command line.
 
 use crate::support::golden::{list, number, numbers};
-use crate::support::metal_table::{AT_MM, RADIUS_MM, metal_table};
+use crate::support::metal_table::{AT_MM, RADIUS_MM, metal_table, table_beside};
 use crate::support::program::{Scratch, assert_has};
 use nalgebra::{Point3, Vector3};
 use trackwright_field::OutsidePolicy;
@@ -40,6 +40,22 @@ fn a_sphere_of_aluminium_is_found() {
     let words = ["found 1 body", "1  conductor, like a sphere of", "mm (95 %)", "a component"];
     assert_has(&text, &words, "the text");
     assert!(!text.contains("held out"), "{text}");
+}
+
+#[test]
+fn what_is_not_determined_has_no_numbers() {
+    let scratch = Scratch::new();
+    scratch.write("far.csv", table_beside(150, Some([470.0, 40.0, -210.0])));
+    let find = "metal find far.csv --generator planar-nine --folds 3 --most 1 --no-comparison";
+    let found = scratch.json(find);
+    assert_ne!(found["verdict"], "found", "{found}");
+    for body in list(&found, "bodies") {
+        let numbers = ["center_mm", "center_within95_mm", "half_length_mm", "radius_within95_mm"];
+        assert!(numbers.iter().all(|key| body[*key].is_null()), "{body}");
+        assert!(body["doubt"].is_string(), "{body}");
+    }
+    let text = scratch.succeed(find);
+    assert!(!text.contains('±'), "{text}");
 }
 
 #[test]

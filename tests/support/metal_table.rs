@@ -20,12 +20,17 @@ pub const RADIUS_MM: f64 = 45.0;
 
 /// A table of so many rows beside an aluminium sphere, or in an empty room.
 pub fn metal_table(rows: usize, has_metal: bool) -> String {
+    table_beside(rows, has_metal.then_some(AT_MM))
+}
+
+/// The same with the sphere anywhere.
+pub fn table_beside(rows: usize, at_mm: Option<[f64; 3]>) -> String {
     let aluminium = Material::named("aluminium").unwrap();
     let shape = MetalShape::Sphere { radius_mm: RADIUS_MM };
     let body = Arc::new(MetalBody::new(shape, aluminium, 1e4, &Task::default()).unwrap());
-    let [x, y, z] = AT_MM;
-    let placed = PlacedBody { body, tracker_from_body: Pose::translation(x, y, z) };
-    let bodies = if has_metal { vec![placed] } else { Vec::new() };
+    let placed =
+        |[x, y, z]: [f64; 3]| PlacedBody { body, tracker_from_body: Pose::translation(x, y, z) };
+    let bodies = at_mm.map(placed).into_iter().collect();
     let room = MetalRoom::new(Generator::planar_nine(), None, bodies, &Task::default()).unwrap();
     let volume = Bounds::from(([-140.0, -140.0, -380.0], [140.0, 140.0, -100.0]));
     let mut seeded = Seeded::new(1);
