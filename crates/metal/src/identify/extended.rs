@@ -41,10 +41,10 @@ const MOST_EXTENT_MM: f64 = 500.0;
 /// Standard deviation of a compact body's multipoles from those of a sphere, over what they may be.
 const NOT_A_SPHERE: f64 = 0.2;
 
-/// Steps to larger extents, and what a loss may be more there: three standard deviations, as few entries of a long body are
+/// Steps to larger extents, and what a loss may be more there: five standard deviations, as few entries of a long body are
 /// far from zero, which the prior takes for improbable.
 const WIDER: f64 = 1.4;
-const AS_GOOD_EXTENT: f64 = 9.0;
+const AS_GOOD_EXTENT: f64 = 25.0;
 
 /// Least extent over the cubic root of the strength: of a sphere and of a disc the entries beyond the tensor are then 0.7
 /// to 1.3 of the prior's width.
