@@ -135,7 +135,7 @@ fn bodies_table(bodies: &[FoundBody]) -> Table {
     let ends = |interval: &Interval| [interval.low, interval.high];
     let form = |known: &KnownBody| known.form;
     Table::of("bodies", bodies)
-        .data("kind", |body| kind_name(body.kind))
+        .data("kind", known(|body, _| kind_name(body.kind)))
         .data("is_determined", |body| body.known.is_ok())
         .data("doubt", |body| body.doubt().map(ToString::to_string))
         .data("center_mm", known(|body, _| <[f64; 3]>::from(body.source.center_mm.coords)))
@@ -165,12 +165,11 @@ fn form_name(form: Form) -> &'static str {
 }
 
 fn body_lines(number: usize, body: &FoundBody) -> Vec<String> {
-    let kind = kind_name(body.kind);
     let known = match &body.known {
         Ok(known) => known,
-        Err(doubt) => return vec![format!("{number}  {kind}: cannot tell where, {doubt}")],
+        Err(doubt) => return vec![format!("{number}  cannot tell: {doubt}")],
     };
-    let center = body.source.center_mm;
+    let (kind, center) = (kind_name(body.kind), body.source.center_mm);
     // Plus zero makes of a rounded -0 a 0.
     let tenths = |value_mm: f64| (10.0 * value_mm).round() / 10.0 + 0.0;
     let axis =

@@ -212,8 +212,8 @@ pub fn identify(
     let solutions = found.of(candidates[chosen]).map_or(&[][..], |solutions| solutions);
     let none = &found.compact[0][0];
     let (best, others) = solutions.split_first().unwrap_or((none, &[]));
-    let disturbance = noise_left_squares(&rows_mm, none, &noise);
-    let left = noise_left_squares(&rows_mm, best, &noise);
+    let disturbance = noise_left_squares(&rows_mm, none, &noise, 0.0);
+    let left = noise_left_squares(&rows_mm, best, &noise, FEW);
     let unexplained = unexplained(&noise, rows.len(), left, disturbance);
     let mut bodies = found_bodies(&rows, best, others, unexplained > MISFIT);
     let is_phantom = |body: &FoundBody| body.doubt().is_some_and(BodyDoubt::is_phantom);
@@ -368,12 +368,12 @@ fn noise_left(rows_mm: &Rows, solution: &Solution) -> Noise {
     Noise::of(&left_mm(rows_mm, solution), rows_mm.dof, solution.unknowns)
 }
 
-/// Mean squares of position and rotation that are left beyond the noise, weighted as in the solution.
-fn noise_left_squares(rows_mm: &Rows, solution: &Solution, noise: &Noise) -> [f64; 2] {
+/// Mean squares of position and rotation that are left beyond the noise, weighted as in the solution; without those that
+/// are wrong, where they are a part of at most `few`.
+fn noise_left_squares(rows_mm: &Rows, solution: &Solution, noise: &Noise, few: f64) -> [f64; 2] {
     let left = left_mm(rows_mm, solution);
-    // A few that are wrong are no misfit.
     let wrong = solution.weights.iter().filter(|weight| **weight < WRONG).count();
-    let least = if wrong as f64 <= FEW * rows_mm.len() as f64 { WRONG } else { 0.0 };
+    let least = if wrong as f64 <= few * rows_mm.len() as f64 { WRONG } else { 0.0 };
     let weights =
         || solution.weights.iter().map(|weight| if *weight < least { 0.0 } else { *weight });
     let mut squares = [0.0; 2];

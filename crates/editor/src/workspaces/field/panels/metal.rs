@@ -135,18 +135,15 @@ fn angle(angle_rad: f64) -> String {
 
 fn body_ui(ui: &mut Ui, number: usize, body: &FoundBody) {
     ui.add_space(4.0);
-    let color = match body.known {
-        Ok(_) => palette::FOUND_METAL,
-        Err(_) => palette::TEXT_QUIET,
-    };
-    ui.label(RichText::new(format!("{number}  {}", kind_name(body.kind))).color(color.color32()));
     let known = match &body.known {
         Ok(known) => known,
         Err(doubt) => {
-            warning_ui(ui, &format!("cannot tell where: {doubt}"));
+            warning_ui(ui, &format!("{number}  cannot tell: {doubt}"));
             return;
         }
     };
+    let name = RichText::new(format!("{number}  {}", kind_name(body.kind)));
+    ui.label(name.color(palette::FOUND_METAL.color32()));
     for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
         let half = decimal(known.center_mm[k].half_length(), 1);
         let value = format!("{} ± {half}", decimal(body.source.center_mm[k], 1));
