@@ -2,8 +2,9 @@
 //!
 //! The truth is independent of what is fitted: meshes are solved for at their surface, spheres by their series.
 
-use super::tests::{identified, readings};
-use super::{BodyForm, Form, FoundBody, Identification, Verdict};
+use super::rows::Rows;
+use super::tests::{POSITION_NOISE_MM, ROTATION_NOISE_RAD, identified, readings};
+use super::{BodyForm, Form, FoundBody, Identification, Noise, Verdict, identification};
 use crate::body::{MetalBody, MetalShape};
 use crate::boundary::BoundaryShape;
 use crate::material::Material;
@@ -14,6 +15,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::MeasurementContent;
+use trackwright_field::selection::folds::Folds;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_task::Task;
 
@@ -262,6 +264,21 @@ fn a_table_and_a_wall_are_not_determined() {
         let found = case.found(&case.room(), 7);
         assert!(matches!(found.verdict, Verdict::CannotTell | Verdict::NotCompact), "{found:?}");
         assert_eq!(found.determined().count(), 0, "{found:?}");
+    }
+}
+
+/// What decides between *nothing found* and *cannot tell* where no bodies explain anything.
+#[test]
+fn a_wall_disturbs_and_an_empty_room_does_not() {
+    let (task, generator) = (Task::default(), Generator::planar_nine());
+    for (name, is_disturbed) in [("wall", true), ("no metal", false)] {
+        let case = cases().into_iter().find(|case| case.name.starts_with(name)).unwrap();
+        let set = readings(&case.room(), 120, MeasurementContent::FiveDof, 7);
+        let noise = Noise { position_mm: POSITION_NOISE_MM, rotation_rad: ROTATION_NOISE_RAD };
+        let rows = Rows::new(&task, &generator, &set).unwrap().over_noise(&noise);
+        let folds = Folds::of_rows(rows.len(), 5, 1);
+        let found = identification::is_disturbed(&task, &generator, &set, &rows, &folds).unwrap();
+        assert_eq!(found, is_disturbed, "{name}");
     }
 }
 

@@ -315,7 +315,7 @@ fn noise_of_harmonics(
 }
 
 /// Whether harmonics of a low degree explain rows held out better than nothing does.
-fn is_disturbed(
+pub(super) fn is_disturbed(
     task: &Task,
     generator: &Generator,
     set: &MeasurementSet,
