@@ -185,6 +185,9 @@ type BodyKey = (ShapeKey, crate::material::Material, f64);
 /// meshes each.
 const MOST_KEPT: usize = 4 * crate::setup::MAX_OBJECTS;
 
+/// Triangles by which it is seen how much a response changes with the material.
+const SPREAD_TRIANGLES: usize = 150;
+
 /// Places a side of the volume's box at which two solutions are compared.
 const COMPARED: usize = 4;
 
@@ -362,13 +365,13 @@ impl Furnisher {
         Ok(error.max(LEAST_ERROR))
     }
 
-    /// The largest of all objects, by half their triangles: how much a response changes with the material settles
-    /// long before the response does.
+    /// The largest of all objects, by few triangles: how much a response changes with the material settles long before
+    /// the response does.
     fn material_std(&mut self, metal: &RoomMetal, task: &Task) -> Result<f64, FurnishError> {
         let mut largest = 0.0_f64;
         for (done, object) in metal.objects.iter().enumerate() {
             task.step(done, metal.objects.len())?;
-            let most_triangles = (object.most_triangles / 2).max(MIN_TRIANGLES);
+            let most_triangles = object.most_triangles.min(SPREAD_TRIANGLES);
             let coarse = MetalObject { most_triangles, ..object.clone() };
             let key =
                 ((coarse.key(), object.material.material(), metal.frequency_hz), object.tolerance);

@@ -11,7 +11,7 @@ use trackwright_field::environment::ComputedMetal;
 use trackwright_task::Task;
 
 /// A response whose part in phase is nearly none, between that of a magnetic body and that of a conductor,
-/// changes by more than itself: errors of such a body may be several times as large, and no more is said.
+/// changes by more than itself: errors of such a body may be several times as large, and nothing more is stated.
 const MOST: f64 = 1.0;
 
 /// Of a permeability, what exceeds 1 by less than this has no part in the response.
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_plate_changes_as_a_sheet_does() {
         // A sheet of 200 by 200 by 1 mm of steel 304, its currents solved for by themselves: d ln m / d ln σ is 0.455.
-        let mesh = cuboid(&Vector3::new(200.0, 200.0, 1.0), 200).unwrap();
+        let mesh = cuboid(&Vector3::new(200.0, 200.0, 1.0), 150).unwrap();
         let shape = BoundaryShape::new(ClosedSurface::new(&mesh).unwrap(), &Task::default());
         let found = std_of(&MetalShape::Surface(Arc::new(shape.unwrap())), 1.39e6, 1.0, 1e4);
         let log_std = MaterialTolerance::default().conductivity_log_std();

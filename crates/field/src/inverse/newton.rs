@@ -116,8 +116,11 @@ impl<'a> Newton<'a> {
         self.model.computed()?.coils()
     }
 
-    /// Whether the tracker reads a pose at a place that is, or is not, inside.
+    /// Whether the tracker reads a pose at a place that is, or is not, inside: in metal it does not.
     pub fn is_read(&self, is_inside: bool, place: &AxisPose) -> bool {
+        if self.model.computed().is_none() {
+            return true;
+        }
         let bounds = self.model.bounds();
         let nearest = bounds.clamp(&place.position_mm);
         let of_nearest =

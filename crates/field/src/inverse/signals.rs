@@ -16,6 +16,8 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::rotation::perpendicular;
 
+// All of these were chosen in the built-in theatre, where they miss one pose in 12,000: a sensor 0.1 mm from metal.
+
 /// Cells along each side of the box before they are halved.
 const CELLS: usize = 8;
 

@@ -285,6 +285,7 @@ fn a_wall_disturbs_and_an_empty_room_does_not() {
 /// Every case, some draws of its noise: `CASE=3 DRAWS=4`.
 #[test]
 #[ignore = "minutes; prints the table of the documentation"]
+#[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
 fn page_cases() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
     let draws = number("DRAWS").unwrap_or(3) as u64;

@@ -60,6 +60,7 @@ impl Reason {
             Self::Folded => "FOLDED",
             Self::Ambiguous => "AMBIGUOUS",
             Self::NotConverged => "NOT_CONVERGED",
+            Self::InMetal => "IN_METAL",
             Self::TooManyTools => "TOO_MANY_TOOLS",
             Self::NoName => "NO_NAME",
             Self::Stale => "STALE",

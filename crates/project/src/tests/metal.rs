@@ -1,9 +1,15 @@
 //! Metal in a design's room: solved, saved, recovered.
 
 use super::*;
+use crate::open_builtin_without_meshes;
+use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Instant;
 use trackwright_design::{Edit, MetalEdit};
+use trackwright_field::OutsidePolicy;
 use trackwright_field::generator::Generator;
+use trackwright_field::inverse::{Inverse, InverseState};
+use trackwright_field::random_models::Seeded;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_formats::environment;
@@ -16,6 +22,7 @@ use trackwright_metal::setup::{
     MaterialTolerance, MetalObject, ObjectMaterial, ObjectMesh, ObjectShape, RoomMetal,
 };
 use trackwright_simulation::{CancelToken, Mode, run};
+use trackwright_task::Task;
 
 fn ball(name: &str, y_mm: f64) -> MetalObject {
     MetalObject {
@@ -238,4 +245,43 @@ fn a_mesh_of_metal_is_referred_to_from_its_room() {
     let read = import.read().unwrap();
     let triangles = |mesh: &trackwright_geometry::mesh::SurfaceMesh| mesh.parts[0].triangles.len();
     assert_eq!(triangles(&read.surface), 320);
+}
+
+/// Prints what became of 5,000 poses of the built-in theatre, distorted and put back, and the time of each.
+#[test]
+#[ignore = "minutes; the table of docs/methods/metal.md"]
+#[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
+fn long_round_trips_in_the_theatre_come_back() {
+    let world = open_builtin_without_meshes("operating-theatre").unwrap();
+    let model = &world.environment.model;
+    let mut seeded = Seeded::new(5);
+    let read = std::iter::repeat_with(|| seeded.pose(model.bounds(), 0.0)).filter_map(|pose| {
+        let (reading, is_inside) = model.distort(&pose, OutsidePolicy::Clamp);
+        is_inside.then_some((pose, reading))
+    });
+    let (poses, readings): (Vec<_>, Vec<_>) = read.take(5000).unzip();
+    let start = Instant::now();
+    let inverse = Inverse::new(model, OutsidePolicy::Clamp);
+    let prepared = start.elapsed();
+    let found = inverse.undistort(&readings, &Task::default()).unwrap();
+    let each = (start.elapsed() - prepared) / 5000;
+    // Right ones by state, and wrong ones.
+    let mut tally: BTreeMap<(bool, &str), usize> = BTreeMap::new();
+    for (pose, found) in poses.iter().zip(&found) {
+        let off_mm = |p: Pose| (p.translation.vector - pose.translation.vector).norm();
+        let is_right = found.pose.is_some_and(|found| off_mm(found) < 1e-3);
+        let state = match found.state {
+            InverseState::Converged if found.is_inside => "sure",
+            InverseState::Converged => "outside",
+            InverseState::Ambiguous(_) => "ambiguous",
+            InverseState::NoReading => "in metal",
+            _ => "no answer",
+        };
+        *tally.entry((is_right, state)).or_default() += 1;
+    }
+    println!("{tally:?}, prepared in {prepared:.1?}, {each:.2?} each");
+    let count = |key: (bool, &'static str)| tally.get(&key).copied().unwrap_or(0);
+    // A sensor may be drawn within a tenth of a millimetre of metal.
+    assert!(count((false, "sure")) <= 2 && count((false, "in metal")) <= 2, "{tally:?}");
+    assert!(count((true, "sure")) > 4950 && count((true, "in metal")) == 0, "{tally:?}");
 }

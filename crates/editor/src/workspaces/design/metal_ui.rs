@@ -20,11 +20,26 @@ use trackwright_field::computed::FieldSource;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_metal::material::{Material, NAMED_MATERIALS};
 use trackwright_metal::setup::{
-    MIN_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
+    MIN_TRIANGLES, MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 use trackwright_metal::surface::MAX_TRIANGLES;
 use trackwright_project::file_name;
 use trackwright_scene::look_of_metal;
+
+/// Permeability from which on its tolerance is shown: what is below hardly counts.
+const MAGNETIC: f64 = 1.05;
+
+fn tolerance_field(name: &str) -> NumberField<'_> {
+    NumberField {
+        unit: "%",
+        decimals: 0,
+        min: 0.0,
+        max: 100.0 * MaterialTolerance::MAX,
+        speed: 1.0,
+        ..NumberField::plain(name)
+    }
+    .about("95 of 100 such parts are within this of what is stated; it is part of the intervals")
+}
 
 /// A row for each object, and some that add others; nothing in a room without metal whose coils are not
 /// known.
@@ -174,6 +189,24 @@ impl ObjectFields<'_> {
                 let source = named.map_or("", |named| named.source);
                 quiet_ui(ui, own_numbers(&material)).explained(source);
             }
+        }
+        let MaterialTolerance { conductivity, permeability } = self.object.tolerance;
+        let set = |tolerance| Some(self.set(MetalObject { tolerance, ..self.object.clone() }));
+        if material.is_conductor() {
+            let label = format!("Change tolerance of {}", self.object.name);
+            let field = tolerance_field("tolerance of the conductivity in %");
+            let value = (&field, conductivity * 100.0);
+            number_row_ui(ui, "known to ±", value, actions, &label, |value| {
+                set(MaterialTolerance { conductivity: value / 100.0, ..self.object.tolerance })
+            });
+        }
+        if material.relative_permeability() > MAGNETIC {
+            let label = format!("Change tolerance of {}", self.object.name);
+            let field = tolerance_field("tolerance of the permeability in %");
+            let value = (&field, permeability * 100.0);
+            number_row_ui(ui, "permeability ±", value, actions, &label, |value| {
+                set(MaterialTolerance { permeability: value / 100.0, ..self.object.tolerance })
+            });
         }
     }
 
