@@ -78,7 +78,7 @@ pub(super) fn compact(
 
 /// So many bodies of any form, one more than the base has; none where that gains nothing.
 ///
-/// `compact` are as many spheres or dipoles; `known` as in [`search`].
+/// `compact` are as many spheres or dipoles; `known` as in [`compact()`].
 pub(super) fn extended(
     task: &Task,
     rows: &Rows,
