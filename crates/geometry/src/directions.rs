@@ -82,6 +82,13 @@ impl DirectionSet {
         false
     }
 
+    /// Of each basis orientation and its opposite the one whose first component that is not 0 is above it.
+    pub fn up_to_sign(self) -> impl Iterator<Item = &'static Unit<Vector3<f64>>> {
+        let is_first =
+            |n: &&Unit<Vector3<f64>>| n.iter().find(|v| v.abs() > 1e-9).is_some_and(|v| *v > 0.0);
+        self.directions().iter().filter(is_first)
+    }
+
     /// The basis orientations; for the set of one, z, which nothing depends on.
     pub fn directions(self) -> &'static [Unit<Vector3<f64>>] {
         &self.sphere().directions

@@ -9,12 +9,10 @@ use crate::cells::{Cells, NearMetal};
 use crate::exchange::ExchangeReport;
 use crate::harmonics::Sampling;
 use crate::room::{MetalRoom, PlacedBody, RoomError};
-use crate::setup::{
-    MIN_TRIANGLES, MaterialTolerance, MetalObject, ObjectShape, RoomMetal, SetupError, ShapeKey,
-};
+use crate::setup::{MaterialTolerance, MetalObject, ObjectShape, RoomMetal, SetupError, ShapeKey};
 use crate::shapes;
-use crate::surface::{ClosedSurface, MAX_TRIANGLES, SurfaceError};
-use crate::uncertainty::{computed, material_std};
+use crate::surface::{ClosedSurface, SurfaceError};
+use crate::uncertainty::computed;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
 use trackwright_field::computed::{DisturbedCoils, FieldSource, MadeOfCoils, PoseErrors};
@@ -185,16 +183,6 @@ type BodyKey = (ShapeKey, crate::material::Material, f64);
 /// meshes each.
 const MOST_KEPT: usize = 4 * crate::setup::MAX_OBJECTS;
 
-/// Triangles by which it is seen how much a response changes with the material.
-const SPREAD_TRIANGLES: usize = 150;
-
-/// Places a side of the volume's box at which two solutions are compared.
-const COMPARED: usize = 4;
-
-/// What a solution is off by at least, and where there is no second one to compare it with.
-const LEAST_ERROR: f64 = 0.002;
-const UNKNOWN_ERROR: f64 = 0.05;
-
 impl Furnisher {
     /// The room `bare` with metal added to it.
     ///
@@ -305,97 +293,6 @@ impl Furnisher {
             placed.push(PlacedBody { body, tracker_from_body: object.tracker_from_object });
         }
         Ok(placed)
-    }
-
-    /// What half as many triangles change of the metal's field in the volume: the error falls with the square of
-    /// their size, so that as much is left of it. Of the fewest triangles there are, twice what twice as many change.
-    fn solution_error(
-        &mut self,
-        room: &MetalRoom,
-        bare: &Environment,
-        metal: &RoomMetal,
-        task: &Task,
-    ) -> Result<f64, FurnishError> {
-        let of_sphere = |object: &MetalObject| matches!(object.shape, ObjectShape::Sphere { .. });
-        if metal.objects.iter().all(of_sphere) {
-            return Ok(LEAST_ERROR);
-        }
-        let has_fewest = |object: &MetalObject| object.most_triangles < 2 * MIN_TRIANGLES;
-        let is_finer = metal.objects.iter().any(|object| !of_sphere(object) && has_fewest(object));
-        let mut second = metal.clone();
-        for object in &mut second.objects {
-            object.most_triangles = match is_finer {
-                true => (2 * object.most_triangles).min(MAX_TRIANGLES),
-                false => object.most_triangles / 2,
-            };
-        }
-        let other = self.placed(&second, &task.subtask(0.0, 0.8)).and_then(|placed| {
-            let last = self.last_second.as_deref();
-            solved(last, bare, &second, placed, &task.subtask(0.8, 1.0))
-        });
-        // Shapes that need all their triangles, or touch with others.
-        let Ok(other) = other else {
-            return if task.cancel.is_cancelled() {
-                Err(Cancelled.into())
-            } else {
-                Ok(UNKNOWN_ERROR)
-            };
-        };
-        let bounds = bare.model.bounds();
-        let side = 0..COMPARED;
-        let part = |k: usize| (k as f64 + 0.5) / COMPARED as f64;
-        let places = side.clone().flat_map(|x| {
-            let side = side.clone();
-            side.clone().flat_map(move |y| side.clone().map(move |z| [x, y, z]))
-        });
-        let places: Vec<Point3<f64>> = places
-            .map(|at| bounds.min_mm + bounds.size_mm().component_mul(&Vector3::from(at.map(part))))
-            .collect();
-        let (mut changed, mut whole) = (0.0, 0.0);
-        for fields in room.disturbances(&places).into_iter().zip(other.disturbances(&places)) {
-            let (Ok(own), Ok(other)) = fields else { continue };
-            for (own, other) in own.iter().zip(&other) {
-                changed += (own - other).norm_squared();
-                whole += own.norm_squared();
-            }
-        }
-        self.last_second = Some(Arc::new(other));
-        let left = if is_finer { 2.0 } else { 1.0 };
-        let error = if whole > 0.0 { left * (changed / whole).sqrt() } else { 0.0 };
-        Ok(error.max(LEAST_ERROR))
-    }
-
-    /// The largest of all objects, by few triangles: how much a response changes with the material settles long before
-    /// the response does.
-    fn material_std(&mut self, metal: &RoomMetal, task: &Task) -> Result<f64, FurnishError> {
-        let mut largest = 0.0_f64;
-        for (done, object) in metal.objects.iter().enumerate() {
-            task.step(done, metal.objects.len())?;
-            let most_triangles = object.most_triangles.min(SPREAD_TRIANGLES);
-            let coarse = MetalObject { most_triangles, ..object.clone() };
-            let key =
-                ((coarse.key(), object.material.material(), metal.frequency_hz), object.tolerance);
-            let found = match kept(&mut self.spreads, &key) {
-                Some(found) => found,
-                None => {
-                    let quiet = Task::cancelled_by(task.cancel.clone());
-                    let shape = match self.shape(&coarse, &quiet) {
-                        Ok(shape) => shape,
-                        // A mesh that needs all its triangles.
-                        Err(_) => self.shape(object, &quiet)?,
-                    };
-                    let (_, material, frequency_hz) = &key.0;
-                    let found = material_std(&shape, material, &key.1, *frequency_hz, &quiet);
-                    let name = || object.name.clone();
-                    let of_body = |cause| FurnishError::Body { name: name(), cause };
-                    let found = Arc::new(found.map_err(of_body)?);
-                    keep(&mut self.spreads, key, &found);
-                    found
-                }
-            };
-            largest = largest.max(*found);
-        }
-        Ok(largest)
     }
 
     fn body(
@@ -585,5 +482,6 @@ impl PoseErrors for AddedErrors {
     }
 }
 
+mod errors;
 #[cfg(test)]
 mod tests;

@@ -58,14 +58,12 @@ impl Sampling {
             .collect();
         let matrix = Mat::from_fn(3 * fitted.len(), columns, |i, j| rows[i / 3][j][i % 3]);
         let qr = matrix.qr();
-        // An axis turned round has the same error.
-        let half = DirectionSet::TwentySix.directions().iter();
-        let is_of_half = |axis: &&Unit<Vector3<f64>>| (axis.z, axis.y, axis.x) > (0.0, 0.0, 0.0);
         Self {
             size_mm: *size_mm,
             fitted,
             compared: places(COMPARED, 0.0),
-            axes: half.filter(is_of_half).copied().collect(),
+            // An axis turned round has the same error.
+            axes: DirectionSet::TwentySix.up_to_sign().copied().collect(),
             q: qr.compute_thin_Q(),
             r: qr.thin_R().to_owned(),
         }

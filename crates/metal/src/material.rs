@@ -145,6 +145,12 @@ impl Material {
         self.relative_permeability
     }
 
+    /// Whether its permeability counts: what is below 1.05 hardly has a part in any response.
+    pub fn is_magnetic(&self) -> bool {
+        self.relative_permeability > 1.05
+    }
+
+    /// Whether currents flow in it.
     /// Whether currents flow in it.
     pub fn is_conductor(&self) -> bool {
         self.conductivity_s_per_m > 0.0

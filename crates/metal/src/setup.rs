@@ -22,7 +22,7 @@ pub const DEFAULT_TRIANGLES: usize = 400;
 pub const MIN_TRIANGLES: usize = shapes::MIN_TRIANGLES;
 
 /// Of a normal distribution, 95 % are within so many standard deviations.
-const WITHIN_95: f64 = 1.959_964;
+pub(crate) const WITHIN_95: f64 = 1.959_964;
 
 /// Most objects of a room.
 pub const MAX_OBJECTS: usize = 32;

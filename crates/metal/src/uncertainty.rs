@@ -14,9 +14,6 @@ use trackwright_task::Task;
 /// changes by more than itself: errors of such a body may be several times as large, and nothing more is stated.
 const MOST: f64 = 1.0;
 
-/// Of a permeability, what exceeds 1 by less than this has no part in the response.
-const MAGNETIC: f64 = 0.05;
-
 /// The errors of a room's metal beside the bare room.
 pub(crate) fn computed(
     bare: &DistortionModel,
@@ -46,7 +43,7 @@ pub(crate) fn material_std(
         let other = Material::new(sigma * less(tolerance.conductivity_log_std()), mu)?;
         squares += (moments(shape, other, frequency_hz, task)? - own).norm_squared();
     }
-    if (mu - 1.0).abs() > MAGNETIC {
+    if material.is_magnetic() {
         let other =
             Material::new(sigma, 1.0 + (mu - 1.0) * less(tolerance.permeability_log_std()))?;
         squares += (moments(shape, other, frequency_hz, task)? - own).norm_squared();

@@ -62,8 +62,7 @@ impl Generator {
             .collect();
         let of_point = |p: &Point3<f64>| {
             // An axis and its opposite have the same signals but for their sign.
-            let axes = DirectionSet::TwentySix.directions().iter().filter(|n| first_half(n));
-            let each = axes.map(|n| self.determined_at(p, n));
+            let each = DirectionSet::TwentySix.up_to_sign().map(|n| self.determined_at(p, n));
             each.reduce(|a, b| Ok(less(a?, b?))).unwrap_or(Err(DeterminationError::NotFinite(*p)))
         };
         let none = || Err(DeterminationError::NotFinite(bounds.center_mm()));
@@ -118,11 +117,6 @@ impl Generator {
 
 fn less(a: LeastDetermined, b: LeastDetermined) -> LeastDetermined {
     if b.ratio < a.ratio { b } else { a }
-}
-
-/// Whether the first part of a direction that is not zero is above it.
-fn first_half(n: &Vector3<f64>) -> bool {
-    n.iter().find(|v| v.abs() > 1e-9).is_some_and(|v| *v > 0.0)
 }
 
 fn list(v: &Vector3<f64>) -> String {

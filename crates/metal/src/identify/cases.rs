@@ -282,14 +282,14 @@ fn a_wall_disturbs_and_an_empty_room_does_not() {
     }
 }
 
-/// Every case, some draws of its noise: `CASE=3 DRAWS=4`.
+/// Every case, some draws of its noise, as a table in the file `PAGE`: `PAGE=cases.md CASE=3 DRAWS=4`.
 #[test]
-#[ignore = "minutes; prints the table of the documentation"]
-#[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
+#[ignore = "minutes; writes the table of the documentation"]
 fn page_cases() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
     let draws = number("DRAWS").unwrap_or(3) as u64;
     let (mut centers, mut axes) = (Covered::default(), Covered::default());
+    let mut page = String::new();
     for (index, case) in cases().iter().enumerate() {
         if number("CASE").is_some_and(|only| only != index) {
             continue;
@@ -300,8 +300,8 @@ fn page_cases() {
             let found = case.found(&room, 1000 * (index as u64 + 1) + seed);
             case.count(&found, &mut centers, &mut axes);
             let answers: Vec<String> = found.bodies.iter().map(|b| case.answer(b)).collect();
-            println!(
-                "| {} | {:.2} | {:?} | {} | {:.1} |",
+            page += &format!(
+                "| {} | {:.2} | {:?} | {} | {:.1} |\n",
                 case.name,
                 found.disturbance.position_mm,
                 found.verdict,
@@ -310,6 +310,7 @@ fn page_cases() {
             );
         }
     }
-    println!("in 95 % intervals: x, y, z {} of {}", centers.inside, centers.all);
-    println!("axes {} of {}", axes.inside, axes.all);
+    page += &format!("in 95 % intervals: x, y, z {} of {}\n", centers.inside, centers.all);
+    page += &format!("axes {} of {}\n", axes.inside, axes.all);
+    std::fs::write(std::env::var_os("PAGE").expect("a file of the name PAGE"), page).unwrap();
 }

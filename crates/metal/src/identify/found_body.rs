@@ -6,12 +6,10 @@ use super::multipoles::{OF_TENSOR, tensor};
 use super::rows::Rows;
 use super::solve::Solution;
 use super::sources::{OF_BODY, Source, SourceModel, radius_mm};
+use crate::setup::WITHIN_95;
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, SymmetricEigen, Unit, Vector3};
 use trackwright_field::generator::Coil;
 use trackwright_geometry::bounds::Bounds;
-
-/// Of a normal distribution, 95 % are within so many standard deviations.
-const WITHIN_95: f64 = 1.959_964;
 
 /// Of two independent normal numbers 95 % are within a circle of so many standard deviations.
 const CIRCLE_95: f64 = 2.447_747;

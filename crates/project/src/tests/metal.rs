@@ -4,11 +4,10 @@ use super::*;
 use crate::open_builtin_without_meshes;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
 use trackwright_design::{Edit, MetalEdit};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::generator::Generator;
-use trackwright_field::inverse::{Inverse, InverseState};
+use trackwright_field::inverse::{InverseState, undistort};
 use trackwright_field::random_models::Seeded;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
@@ -247,10 +246,9 @@ fn a_mesh_of_metal_is_referred_to_from_its_room() {
     assert_eq!(triangles(&read.surface), 320);
 }
 
-/// Prints what became of 5,000 poses of the built-in theatre, distorted and put back, and the time of each.
+/// 5,000 poses of the built-in theatre, distorted and put back.
 #[test]
-#[ignore = "minutes; the table of docs/methods/metal.md"]
-#[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
+#[ignore = "minutes: the theatre is solved for"]
 fn long_round_trips_in_the_theatre_come_back() {
     let world = open_builtin_without_meshes("operating-theatre").unwrap();
     let model = &world.environment.model;
@@ -260,11 +258,7 @@ fn long_round_trips_in_the_theatre_come_back() {
         is_inside.then_some((pose, reading))
     });
     let (poses, readings): (Vec<_>, Vec<_>) = read.take(5000).unzip();
-    let start = Instant::now();
-    let inverse = Inverse::new(model, OutsidePolicy::Clamp);
-    let prepared = start.elapsed();
-    let found = inverse.undistort(&readings, &Task::default()).unwrap();
-    let each = (start.elapsed() - prepared) / 5000;
+    let found = undistort(model, &readings, OutsidePolicy::Clamp, &Task::default()).unwrap();
     // Right ones by state, and wrong ones.
     let mut tally: BTreeMap<(bool, &str), usize> = BTreeMap::new();
     for (pose, found) in poses.iter().zip(&found) {
@@ -279,7 +273,6 @@ fn long_round_trips_in_the_theatre_come_back() {
         };
         *tally.entry((is_right, state)).or_default() += 1;
     }
-    println!("{tally:?}, prepared in {prepared:.1?}, {each:.2?} each");
     let count = |key: (bool, &'static str)| tally.get(&key).copied().unwrap_or(0);
     // A sensor may be drawn within a tenth of a millimetre of metal.
     assert!(count((false, "sure")) <= 2 && count((false, "in metal")) <= 2, "{tally:?}");

@@ -26,9 +26,6 @@ use trackwright_metal::surface::MAX_TRIANGLES;
 use trackwright_project::file_name;
 use trackwright_scene::look_of_metal;
 
-/// Permeability from which on its tolerance is shown: what is below hardly counts.
-const MAGNETIC: f64 = 1.05;
-
 fn tolerance_field(name: &str) -> NumberField<'_> {
     NumberField {
         unit: "%",
@@ -200,7 +197,7 @@ impl ObjectFields<'_> {
                 set(MaterialTolerance { conductivity: value / 100.0, ..self.object.tolerance })
             });
         }
-        if material.relative_permeability() > MAGNETIC {
+        if material.is_magnetic() {
             let label = format!("Change tolerance of {}", self.object.name);
             let field = tolerance_field("tolerance of the permeability in %");
             let value = (&field, permeability * 100.0);
