@@ -193,7 +193,7 @@ impl ObjectFields<'_> {
             let label = format!("Change tolerance of {}", self.object.name);
             let field = tolerance_field("tolerance of the conductivity in %");
             let value = (&field, conductivity * 100.0);
-            number_row_ui(ui, "known to ±", value, actions, &label, |value| {
+            number_row_ui(ui, "conductivity ±", value, actions, &label, |value| {
                 set(MaterialTolerance { conductivity: value / 100.0, ..self.object.tolerance })
             });
         }
