@@ -1,9 +1,10 @@
 //! Fields of many evenly charged triangles at a point, eight triangles in the lanes of the machine's vectors.
 //!
-//! Most triangles are far from most points, where their field is a few products and one root. Those that
-//! are near are left to [`Panel::field`]. The sums do not depend on the machine's vectors.
+//! Most triangles are far from most points, where their field is a few products and one root; nearer ones are sums
+//! over some points. Those that are near are left to [`Panel::field`]. The sums do not depend on the machine's
+//! vectors.
 
-use crate::panel::{FAR, Panel};
+use crate::panel::{FAR, FINE, MIDDLE, Panel};
 use faer::Mat;
 use nalgebra::{Point3, SimdComplexField, SimdValue, Vector3};
 use pulp::{Arch, Simd, WithSimd};
@@ -18,8 +19,10 @@ const GROUPS: usize = 16;
 struct Group {
     center_mm: Vector3<Lanes>,
     area_mm2: Lanes,
-    /// Squared distance from which on the far field holds.
+    /// Squared distances from which on the far field, and a sum over points, hold.
     far_mm2: Lanes,
+    middle_mm2: Lanes,
+    corners_mm: [Vector3<Lanes>; 3],
     /// Second moments xx, yy, zz, xy, xz, yz.
     moment_mm2: [Lanes; 6],
 }
@@ -38,6 +41,10 @@ impl PanelLanes {
                 center_mm: Vector3::from_fn(|k, _| of(&|panel| panel.center_mm()[k])),
                 area_mm2: of(&|panel| panel.area_mm2()),
                 far_mm2: of(&|panel| (FAR * panel.radius_mm()).powi(2)),
+                middle_mm2: of(&|panel| (MIDDLE * panel.radius_mm()).powi(2)),
+                corners_mm: [0, 1, 2].map(|corner: usize| {
+                    Vector3::from_fn(|k, _| of(&|panel| panel.corners_mm()[corner][k]))
+                }),
                 moment_mm2: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
                     .map(|at| of(&|panel| panel.moment_mm2()[at])),
             }
@@ -132,17 +139,46 @@ impl Group {
         let radial = number(1.0) + inverse2 * (number(7.5) * square - number(1.5) * (xx + yy + zz));
         let scale = inverse3 * self.area_mm2;
         let mut field = (r * radial - along * (number(3.0) * inverse2)) * scale;
-        for (lane, panel) in panels.iter().take(LANES).enumerate() {
-            let is_far = distance2.0[lane] > self.far_mm2.0[lane];
+        let is_beyond = |mm2: &Lanes| -> [bool; LANES] {
             // A distance that is no number is not.
-            if !is_far {
-                let near = panel.field(p);
-                for k in 0..3 {
-                    field[k].0[lane] = near[k];
-                }
+            std::array::from_fn(|lane| distance2.0[lane] > mm2.0[lane])
+        };
+        let is_far = is_beyond(&self.far_mm2);
+        if is_far == [true; LANES] {
+            return field;
+        }
+        let is_middle = is_beyond(&self.middle_mm2);
+        let is_any_middle = is_middle.iter().zip(&is_far).any(|(middle, far)| *middle && !far);
+        let by_points = if is_any_middle { self.field_of_points(p) } else { field };
+        for (lane, panel) in panels.iter().take(LANES).enumerate() {
+            if is_far[lane] {
+                continue;
+            }
+            let near = match is_middle[lane] {
+                true => by_points.map(|lanes| lanes.0[lane]),
+                false => panel.field(p),
+            };
+            for k in 0..3 {
+                field[k].0[lane] = near[k];
             }
         }
         field
+    }
+
+    /// By the charges at the points of a rule.
+    #[inline(always)]
+    fn field_of_points(&self, p: &Point3<f64>) -> Vector3<Lanes> {
+        let number = |value: f64| Lanes::splat(value);
+        let from_corners = self.corners_mm.map(|corner| p.coords.map(number) - corner);
+        let mut field = Vector3::repeat(number(0.0));
+        for (bary, weight) in FINE {
+            let mut r = from_corners[0] * number(bary[0]);
+            r += from_corners[1] * number(bary[1]);
+            r += from_corners[2] * number(bary[2]);
+            let inverse2 = number(1.0) / r.dot(&r);
+            field += r * (inverse2 * inverse2.simd_sqrt() * number(weight));
+        }
+        field * self.area_mm2
     }
 }
 

@@ -55,6 +55,7 @@ impl<T: Number> Layers<T> {
         let (h, side) = if is_in_plane { (0.0, 0.0) } else { (height.abs(), height.signum()) };
         let foot = p - normal.into_inner() * height;
         let at_foot = (-k * real(h)).exp();
+        let inverse_k = if k == T::zero() { k } else { k.recip() };
         let (mut single, mut double) = (T::zero(), T::zero());
         let [mut single_moment, mut double_moment] = [Vector3::from_element(T::zero()); 2];
         for edge in 0..3 {
@@ -64,26 +65,35 @@ impl<T: Number> Layers<T> {
             let outward = tangent.cross(normal);
             let (d, from) = ((a - foot).dot(&outward), (a - foot).dot(&tangent));
             // Beside a corner on the edge's own line.
-            let c = d.hypot(h).max(1e-12 * length);
-            let (t0, t1) = ((from / c).asinh(), ((from + length) / c).asinh());
-            let pieces = ((t1 - t0) / LONGEST_PIECE).ceil().max(1.0);
-            let half = 0.5 * (t1 - t0) / pieces;
+            let c = (d * d + h * h).sqrt().max(1e-12 * length);
+            // `c e^t` at both ends, where `s = c sinh t`.
+            let [first, last] = [from, from + length].map(|s| {
+                let r = (s * s + c * c).sqrt();
+                if s < 0.0 { c * c / (r - s) } else { r + s }
+            });
+            let whole = (last / first).ln();
+            let pieces = (whole / LONGEST_PIECE).ceil().max(1.0);
+            let half = 0.5 * whole / pieces;
             let mut sums = [T::zero(); 4];
             for piece in 0..pieces as usize {
-                let middle = t0 + half * (2 * piece + 1) as f64;
+                // Half of `c e^t` and of `c e^(−t)`: `R` is their sum, `s` their difference.
+                let middle = first * (half * (2 * piece + 1) as f64).exp();
+                let [ahead, back] = [0.5 * middle, 0.5 * c * c / middle];
                 for (place, weight) in RULE {
-                    for t in [middle - half * place, middle + half * place] {
-                        let (r, s) = (c * t.cosh(), c * t.sinh());
+                    let step = (half * place).exp();
+                    let away = 1.0 / step;
+                    for (ahead, back) in [(ahead * away, back * step), (ahead * step, back * away)]
+                    {
+                        let (r, s) = (ahead + back, ahead - back);
                         let x = (d * d + s * s) / (r + h);
                         let w = weight * half;
                         let share = w / (r + h);
-                        let (kx, kr) = (k * real(x), k * real(r));
-                        let beyond = (-kx).exp();
-                        let inside = at_foot * phi(kx, beyond);
+                        let beyond = (-k * real(x)).exp();
+                        let inside = at_foot * phi([k, inverse_k], x, beyond);
                         let decay = at_foot * beyond;
                         sums[0] += inside * real(r * share);
                         sums[1] += (at_foot + k * real::<T>(h) * inside) * real(share);
-                        sums[2] += phi(kr, decay) * real(r * r * w);
+                        sums[2] += phi([k, inverse_k], r, decay) * real(r * r * w);
                         sums[3] += decay * real(w);
                     }
                 }
@@ -107,8 +117,9 @@ impl<T: Number> Layers<T> {
     }
 }
 
-/// `(1 − e^(−z))/z`, of `z` and `e^(−z)`.
-fn phi<T: Number>(z: T, decay: T) -> T {
+/// `(1 − e^(−kx))/kx`, of `k` and its inverse, `x` and `e^(−kx)`.
+fn phi<T: Number>([k, inverse_k]: [T; 2], x: f64, decay: T) -> T {
+    let z = k * real(x);
     if z.norm1() < SMALL {
         let mut sum = real::<T>(1.0 / 40_320.0);
         for inverse in [5_040.0, 720.0, 120.0, 24.0, 6.0, 2.0, 1.0] {
@@ -116,7 +127,7 @@ fn phi<T: Number>(z: T, decay: T) -> T {
         }
         return sum;
     }
-    (T::one() - decay) / z
+    (T::one() - decay) * inverse_k * real(1.0 / x)
 }
 
 #[cfg(test)]

@@ -1,27 +1,16 @@
 //! Layers of one triangle over another one.
 
 use super::layers::{Layers, Number, real};
-use crate::panel::{FULL_ANGLE, Panel, RULE};
+use crate::panel::{FINE, FULL_ANGLE, Panel, RULE};
 use nalgebra::{Point3, Vector3};
 
-/// Triangles farther apart than this many times their radii are sums over points.
-const NEAR: f64 = 2.0;
+/// Triangles farther apart than this many times their radii are sums over three points of each, or seven.
+const FAR: f64 = 2.0;
+const NEAR: f64 = 1.2;
 
 /// A triangle that has another one nearer to its middle than this part of its radius is beside the other side of a
 /// thin wall.
 const OPPOSITE: f64 = 0.5;
-
-/// Points by their barycentric coordinates, with weights, of degree 5 (Dunavant, Int. J. Numerical Methods in
-/// Engineering 21, 1985).
-const FINE: [([f64; 3], f64); 7] = [
-    ([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], 0.225),
-    ([0.059_715_871_789_77, 0.470_142_064_105_115, 0.470_142_064_105_115], 0.132_394_152_788_506),
-    ([0.470_142_064_105_115, 0.059_715_871_789_77, 0.470_142_064_105_115], 0.132_394_152_788_506),
-    ([0.470_142_064_105_115, 0.470_142_064_105_115, 0.059_715_871_789_77], 0.132_394_152_788_506),
-    ([0.797_426_985_353_087, 0.101_286_507_323_456, 0.101_286_507_323_456], 0.125_939_180_544_827),
-    ([0.101_286_507_323_456, 0.797_426_985_353_087, 0.101_286_507_323_456], 0.125_939_180_544_827),
-    ([0.101_286_507_323_456, 0.101_286_507_323_456, 0.797_426_985_353_087], 0.125_939_180_544_827),
-];
 
 /// Gauss and Legendre's rules from 0 to 1 along an edge and away from it.
 const ALONG: [(f64, f64); 4] = [
@@ -128,9 +117,12 @@ impl<T: Number> Pair<T> {
         if k.real() * (apart_mm - reach_mm) > DECAYED {
             return [Self::none(); 2];
         }
-        match apart_mm < NEAR * reach_mm {
-            true => [Self::near(one, other, k, rules), Self::near(other, one, k, rules)],
-            false => Self::far(one, other, k),
+        if apart_mm > FAR * reach_mm {
+            Self::by_points(one, other, k, &RULE.map(|bary| (bary, 1.0 / 3.0)))
+        } else if apart_mm > NEAR * reach_mm {
+            Self::by_points(one, other, k, &FINE)
+        } else {
+            [Self::near(one, other, k, rules), Self::near(other, one, k, rules)]
         }
     }
 
@@ -162,20 +154,27 @@ impl<T: Number> Pair<T> {
     }
 
     /// By a few points of each.
-    fn far(one: &Panel, other: &Panel, k: T) -> [Self; 2] {
-        let points =
-            |panel: &Panel| RULE.map(|bary| (place(panel, &bary), bary, panel.area_mm2() / 3.0));
+    fn by_points<const N: usize>(
+        one: &Panel,
+        other: &Panel,
+        k: T,
+        rule: &[([f64; 3], f64); N],
+    ) -> [Self; 2] {
+        let points = |panel: &Panel| {
+            rule.map(|(bary, weight)| (place(panel, &bary), bary, weight * panel.area_mm2()))
+        };
         let mut both = [Self::none(); 2];
+        let of_other = points(other);
         for (p, at_p, of_p) in points(one) {
-            for (q, at_q, of_q) in points(other) {
+            for (q, at_q, of_q) in of_other {
                 let v = p - q;
                 let r = v.norm();
                 let z = k * real(r);
                 let single = (-z).exp() * real(of_p * of_q / (FULL_ANGLE * r));
                 let slope = single * (T::one() + z) * real(1.0 / (r * r));
-                let [of_other, of_one] = [other, one].map(|of| v.dot(of.normal()));
-                both[0].add(&p, &at_q, single, slope * real(of_other));
-                both[1].add(&q, &at_p, single, slope * real(-of_one));
+                let [along_other, along_one] = [other, one].map(|of| v.dot(of.normal()));
+                both[0].add(&p, &at_q, single, slope * real(along_other));
+                both[1].add(&q, &at_p, single, slope * real(-along_one));
             }
         }
         both
