@@ -19,6 +19,8 @@
 //!
 //! `u` is linear on triangles and `q` even. No current flows around a hole that goes through the body.
 
+#[cfg(test)]
+mod convergence;
 mod functions;
 mod layers;
 mod pair;

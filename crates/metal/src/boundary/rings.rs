@@ -7,10 +7,13 @@ use crate::shapes::cylinder;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Those of copper, aluminium, bronze, steel 304 and titanium at 0.5 to 30 kHz.
-const DEPTHS_MM: [f64; 8] = [0.38, 0.82, 1.5, 2.46, 3.2, 4.27, 6.71, 12.2];
+pub(super) const DEPTHS_MM: [f64; 8] = [0.38, 0.82, 1.5, 2.46, 3.2, 4.27, 6.71, 12.2];
+
+/// Rings nearer to each other than so many of their widths are taken in parts.
+const NEAR_WIDTHS: f64 = 4.0;
 
 /// The upper half of a cylinder as coupled rings, with what the lower half induces in them.
-struct Rings {
+pub(super) struct Rings {
     /// Radius, height, and the two widths of each ring, mm.
     each: Vec<[f64; 4]>,
     mutual: Mat<f64>,
@@ -18,7 +21,7 @@ struct Rings {
 
 impl Rings {
     /// Finer towards the surface.
-    fn of_disc(radius_mm: f64, length_mm: f64, across: usize, along: usize) -> Self {
+    pub fn of_disc(radius_mm: f64, length_mm: f64, across: usize, along: usize) -> Self {
         let edge = |k: usize, count: usize| (FRAC_PI_2 * k as f64 / count as f64).sin();
         Self::new(
             |k| radius_mm * edge(k, across),
@@ -55,19 +58,18 @@ impl Rings {
             })
             .collect();
         let mutual = Mat::from_fn(each.len(), each.len(), |i, j| {
-            let ([a, z, w, h], [b, y, ..]) = (each[i], each[j]);
-            let own = match i == j {
-                // The geometric mean distance of a rectangle from itself (Grover, Inductance Calculations, 1946).
-                true => a * ((8.0 * a / (0.2235 * (w + h))).ln() - 2.0),
-                false => maxwell(a, b, z - y),
+            let ([a, z, w, _], [b, y, v, _]) = (each[i], each[j]);
+            let between = |apart: f64| match (a - b).hypot(apart) > NEAR_WIDTHS * w.max(v) {
+                true => maxwell(a, b, apart),
+                false => wide(&each[i], &each[j], apart),
             };
-            own + maxwell(a, b, z + y)
+            between(z - y) + between(z + y)
         });
         Self { each, mutual }
     }
 
     /// The moment at a skin depth, in an even field along the axis that goes as `e^(iωt)`.
-    fn moment(&self, skin_depth_mm: f64) -> c64 {
+    pub fn moment(&self, skin_depth_mm: f64) -> c64 {
         let count = self.each.len();
         let matrix = Mat::from_fn(count, count, |i, j| {
             let [a, _, w, h] = self.each[i];
@@ -79,6 +81,27 @@ impl Rings {
         let currents = matrix.partial_piv_lu().solve(&flux);
         (0..count).map(|i| currents[(i, 0)] * (2.0 * area(i))).sum()
     }
+}
+
+/// Of two rings that are wider than high: the mean over parts of them that are not.
+fn wide(one: &[f64; 4], other: &[f64; 4], apart: f64) -> f64 {
+    let parts = |ring: &[f64; 4]| {
+        let [a, _, w, h] = *ring;
+        let count = (w / h).round().clamp(1.0, 16.0);
+        (0..count as usize).map(move |k| (a + w * ((k as f64 + 0.5) / count - 0.5), w / count))
+    };
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (a, w) in parts(one) {
+        for (b, _) in parts(other) {
+            sum += match a == b && apart == 0.0 {
+                // The geometric mean distance of a rectangle from itself (Grover, Inductance Calculations, 1946).
+                true => a * ((8.0 * a / (0.2235 * (w + one[3]))).ln() - 2.0),
+                false => maxwell(a, b, apart),
+            };
+            count += 1.0;
+        }
+    }
+    sum / count
 }
 
 /// Mutual inductance of two rings over µ₀ (Maxwell, Treatise, art. 701), mm.
@@ -153,7 +176,7 @@ fn discs_and_rods_answer_as_rings() {
 }
 
 /// The moment that a body of no permeability has along the field, in phase and what lags.
-fn moment_along_z(shape: &Arc<BoundaryShape>, depth_mm: f64) -> c64 {
+pub(super) fn moment_along_z(shape: &Arc<BoundaryShape>, depth_mm: f64) -> c64 {
     let body = BoundaryBody::new(Arc::clone(shape), depth_mm, 1.0, &Task::default()).unwrap();
     let [in_phase, lag] = body.moments_mm3();
     c64::new(in_phase[(2, 2)], lag[(2, 2)])
