@@ -5,7 +5,7 @@
 
 use crate::body::{BodyError, MetalBody, MetalShape, ResponseModel};
 use crate::boundary::BoundaryShape;
-use crate::cells::{Cells, NearMetal};
+use crate::cells::{Cells, Disturbance, NearMetal, errors_among};
 use crate::exchange::ExchangeReport;
 use crate::harmonics::Sampling;
 use crate::room::{MetalRoom, PlacedBody, RoomError};
@@ -18,7 +18,6 @@ use std::sync::Arc;
 use trackwright_field::computed::{DisturbedCoils, FieldSource, MadeOfCoils, PoseErrors};
 use trackwright_field::evaluation::Coefficient;
 use trackwright_field::generator::Generator;
-use trackwright_field::generator::reading::axis_error;
 use trackwright_field::harmonic::HarmonicModel;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
@@ -400,9 +399,6 @@ fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
     }
 }
 
-/// Of every coil; `None` in metal.
-type Disturbance = Option<Vec<Vector3<f64>>>;
-
 /// A tracker's errors among metal, from the metal's field at each pose.
 #[derive(Debug)]
 struct DirectErrors {
@@ -416,21 +412,32 @@ impl DisturbedCoils for DirectErrors {
         self.room.generator()
     }
 
-    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>> {
+    fn disturbance(&self, p: &Point3<f64>) -> Disturbance {
+        self.disturbance_without(&[], p)
+    }
+}
+
+impl NearMetal for DirectErrors {
+    fn distances_mm(&self, p: &Point3<f64>) -> Vec<f64> {
+        (0..self.room.bodies().len()).map(|body| self.room.body_distance_mm(body, p)).collect()
+    }
+
+    fn disturbance_of(&self, bodies: &[usize], p: &Point3<f64>) -> Disturbance {
         let mut fields = vec![Vector3::zeros(); self.room.generator().coils.len()];
-        self.room.disturbance(p, &mut fields).ok()?;
+        self.room.disturbance_of(bodies.iter().copied(), p, &mut fields).ok()?;
+        Some(fields)
+    }
+
+    fn disturbance_without(&self, bodies: &[usize], p: &Point3<f64>) -> Disturbance {
+        let others = (0..self.room.bodies().len()).filter(|body| !bodies.contains(body));
+        let mut fields = vec![Vector3::zeros(); self.room.generator().coils.len()];
+        self.room.disturbance_of(others, p, &mut fields).ok()?;
         if let Some(beside) = &self.beside {
             let mut measured = vec![Vector3::zeros(); fields.len()];
             beside.disturbance(p, &mut measured);
             fields.iter_mut().zip(measured).for_each(|(field, measured)| *field += measured);
         }
         Some(fields)
-    }
-}
-
-impl NearMetal for DirectErrors {
-    fn distance_mm(&self, p: &Point3<f64>) -> f64 {
-        self.room.least_distance_mm(p)
     }
 }
 
@@ -441,16 +448,8 @@ impl PoseErrors for DirectErrors {
         axes: &[Unit<Vector3<f64>>],
         out: &mut [Option<Coefficient>],
     ) {
-        // Several axes at one place are read in one field.
-        let mut there: Option<(Point3<f64>, Disturbance)> = None;
-        for ((p, axis), out) in positions_mm.iter().zip(axes).zip(out) {
-            if there.as_ref().is_none_or(|(place, _)| place != p) {
-                there = Some((*p, self.disturbance(p)));
-            }
-            let fields = there.as_ref().and_then(|(_, fields)| fields.as_ref());
-            let error = fields.and_then(|d| axis_error(self.room.generator(), p, axis, d).ok());
-            *out = error.map(|error| error.values());
-        }
+        let fields = |p: &Point3<f64>| self.disturbance(p);
+        errors_among(self.generator(), fields, positions_mm, axes, out);
     }
 }
 

@@ -1,10 +1,10 @@
 //! The metal's disturbance in a box as harmonic functions: sampled, fitted, and compared with itself at
 //! other places.
 
+use crate::cells::{NearMetal, Part};
 use faer::Mat;
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
-use trackwright_field::computed::DisturbedCoils;
 use trackwright_field::generator::reading::{LEVER_MM, axis_error};
 use trackwright_field::harmonic::HarmonicModel;
 use trackwright_field::harmonic::solid_harmonics::{MAX_DEGREE, gradients, terms};
@@ -73,19 +73,27 @@ impl Sampling {
         &self.size_mm
     }
 
-    /// Harmonics of the least degree that is near enough to `field` in a box of these proportions; `None`
-    /// where none is, and where metal is in the box.
-    pub fn fit(&self, bounds: &Bounds, field: &dyn DisturbedCoils) -> Option<Arc<HarmonicModel>> {
+    /// Harmonics of the least degree that is near enough to the field of all but some bodies in a box of these
+    /// proportions, sampled by what makes it in a larger one; `None` where none is, and where such metal is in
+    /// the box.
+    pub fn fit(
+        &self,
+        bounds: &Bounds,
+        field: &impl NearMetal,
+        near: &[usize],
+        by: &Part,
+    ) -> Option<Arc<HarmonicModel>> {
         let at = |unit: &Vector3<f64>| bounds.min_mm + bounds.size_mm().component_mul(unit);
-        let sampled: Option<Vec<_>> =
-            self.fitted.iter().map(|unit| field.disturbance(&at(unit))).collect();
-        let sampled = sampled?;
+        let sampled = |unit: &Vector3<f64>| by.disturbance_without(field, near, &at(unit));
+        let sampled: Vec<_> = self.fitted.iter().map(sampled).collect::<Option<_>>()?;
         let coils = field.generator().coils.len();
         let right = Mat::from_fn(3 * sampled.len(), coils, |i, c| sampled[i / 3][c][i % 3]);
         let projected = self.q.transpose() * &right;
-        let exact: Option<Vec<_>> =
-            self.compared.iter().map(|unit| field.disturbance(&at(unit))).collect();
-        let exact = exact?;
+        let exact = |unit: &Vector3<f64>| field.disturbance_without(near, &at(unit));
+        let exact: Vec<_> = self.compared.iter().map(exact).collect::<Option<_>>()?;
+        // What is read depends on the near metal as well. In it nothing is read.
+        let beside: Vec<_> =
+            self.compared.iter().map(|unit| field.disturbance_of(near, &at(unit))).collect();
         DEGREES.into_iter().find_map(|degree| {
             let model = HarmonicModel::new(
                 field.generator().clone(),
@@ -97,13 +105,16 @@ impl Sampling {
             // Coefficients that are not finite are of a field that is not.
             let model = model.ok()?;
             let mut found = vec![Vector3::zeros(); coils];
-            let is_near = self.compared.iter().zip(&exact).all(|(unit, exact)| {
+            let each = self.compared.iter().zip(&exact).zip(&beside);
+            let is_near = each.into_iter().all(|((unit, exact), beside)| {
+                let Some(beside) = beside else { return true };
                 let place = at(unit);
                 model.disturbance(&place, &mut found);
+                let [found, exact] = [&found, exact].map(|far| sum(far, beside));
                 self.axes.iter().all(|axis| {
                     let of =
                         |fields: &[_]| axis_error(field.generator(), &place, axis, fields).ok();
-                    difference_mm(of(&found), of(exact)) <= REACHED_MM
+                    difference_mm(of(&found), of(&exact)) <= REACHED_MM
                 })
             });
             is_near.then(|| Arc::new(model))
@@ -139,6 +150,10 @@ fn places(count: usize, shift: f64) -> Vec<Vector3<f64>> {
         })
     };
     (0..count).map(place).collect()
+}
+
+fn sum(one: &[Vector3<f64>], other: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    one.iter().zip(other).map(|(one, other)| one + other).collect()
 }
 
 /// Infinite where one of both is reported and the other not.

@@ -273,13 +273,24 @@ impl MetalRoom {
         p: &Point3<f64>,
         disturbance: &mut [Vector3<f64>],
     ) -> Result<(), PointError> {
+        self.disturbance_of(0..self.bodies.len(), p, disturbance)
+    }
+
+    /// [`Self::disturbance`] by some of the bodies.
+    pub(crate) fn disturbance_of(
+        &self,
+        bodies: impl IntoIterator<Item = usize>,
+        p: &Point3<f64>,
+        disturbance: &mut [Vector3<f64>],
+    ) -> Result<(), PointError> {
         assert_eq!(disturbance.len(), self.generator.coils.len(), "one disturbance a coil");
         if position_problem(&p.coords).is_some() {
             return Err(PointError::Position);
         }
         disturbance.fill(Vector3::zeros());
         let mut fields = vec![Vector3::zeros(); disturbance.len()];
-        for (index, placed) in self.bodies.iter().enumerate() {
+        for index in bodies {
+            let placed = &self.bodies[index];
             let in_body = placed.tracker_from_body.inverse_transform_point(p);
             if placed.contains_in_body(&in_body) {
                 return Err(PointError::InMetal(index));
