@@ -449,4 +449,6 @@ fn wire_mm(coil: &Coil) -> Vec<Point3<f64>> {
 }
 
 #[cfg(test)]
+mod published;
+#[cfg(test)]
 mod tests;
