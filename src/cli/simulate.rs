@@ -244,10 +244,6 @@ pub(super) fn note_world(world: &World) {
              it is used as a distortion map",
         );
     }
-    let report = world.metal_report();
-    for words in report.into_iter().flat_map(trackwright_report::words::estimated_metal) {
-        output::note(&format!("warning: {words}"));
-    }
 }
 
 /// Looks up the support of all sensors, with progress.

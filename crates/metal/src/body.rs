@@ -26,8 +26,8 @@ pub enum ResponseModel {
     SphereSeries,
     /// No currents flow: exact for a magnetic material that does not conduct.
     Permeable { relative_permeability: f64 },
-    /// Currents flow in it, and around it where holes go through it; the latter are left out.
-    Conductor { skin_depth_mm: f64, holes: usize },
+    /// Currents flow in it.
+    Conductor { skin_depth_mm: f64 },
 }
 
 /// Why a body has no response.
@@ -63,13 +63,6 @@ pub(crate) enum Solver {
     Surface(Arc<BoundaryBody>),
 }
 
-impl ResponseModel {
-    /// Whether a part of the response is left out.
-    pub fn is_estimate(&self) -> bool {
-        matches!(self, Self::Conductor { holes: 1.., .. })
-    }
-}
-
 impl MetalBody {
     /// Chooses the model and solves what has to be solved: nothing for a sphere.
     ///
@@ -99,7 +92,7 @@ impl MetalBody {
             MetalShape::Surface(shape) => {
                 let skin_depth_mm = material.skin_depth_mm(frequency_hz);
                 let model = match material.is_conductor() {
-                    true => ResponseModel::Conductor { skin_depth_mm, holes: shape.holes() },
+                    true => ResponseModel::Conductor { skin_depth_mm },
                     false => ResponseModel::Permeable { relative_permeability },
                 };
                 let shape = Arc::clone(shape);
@@ -169,7 +162,7 @@ mod tests {
             *MetalBody::new(plate.clone(), named(key), 1e4, &Task::default()).unwrap().model()
         };
         for (key, depth_mm) in [("copper", 0.661), ("steel-304", 4.27), ("steel-416", 0.144)] {
-            let ResponseModel::Conductor { skin_depth_mm, holes: 0 } = model(key) else {
+            let ResponseModel::Conductor { skin_depth_mm } = model(key) else {
                 panic!("{key}: a conductor")
             };
             assert!((skin_depth_mm / depth_mm - 1.0).abs() < 0.01, "{key} {skin_depth_mm}");

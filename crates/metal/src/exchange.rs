@@ -82,19 +82,11 @@ impl Answer {
         }
     }
 
-    /// At which the normal field is taken; none of a sphere.
-    pub(crate) fn panels(&self) -> &[Panel] {
-        match self {
-            Self::None | Self::Sphere(_) => &[],
-            Self::Surface(body) => body.surface().panels(),
-        }
-    }
-
     fn samples(&self) -> usize {
         match self {
             Self::None => 0,
             Self::Sphere(sphere) => sphere.directions().len(),
-            Self::Surface(body) => body.surface().panels().len(),
+            Self::Surface(body) => body.surface().panels().len() + body.shape().spans().len(),
         }
     }
 
@@ -225,11 +217,25 @@ impl Answer {
                 .par_iter()
                 .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
                 .collect::<Result<_, _>>()?,
-            Self::Surface(_) => self
-                .panels()
-                .par_iter()
-                .map(|panel| row(&panel.rule_mm(smooth_mm(panel.center_mm())), panel.normal()))
-                .collect::<Result<_, _>>()?,
+            Self::Surface(body) => {
+                let mean = |panel: &Panel| {
+                    row(&panel.rule_mm(smooth_mm(panel.center_mm())), panel.normal())
+                };
+                // The flux through a hole.
+                let through = |span: &Vec<(f64, Panel)>| {
+                    let mut sums = vec![0.0; columns];
+                    for (share, panel) in span {
+                        let by = share * panel.area_mm2();
+                        sums.iter_mut()
+                            .zip(mean(panel)?)
+                            .for_each(|(sum, field)| *sum += by * field);
+                    }
+                    Ok(sums)
+                };
+                let spans = body.shape().spans().par_iter().map(through);
+                let all = body.surface().panels().par_iter().map(mean).chain(spans);
+                all.collect::<Result<_, _>>()?
+            }
         };
         Ok(Mat::from_fn(rows.len(), columns, |i, j| rows[i][j]))
     }

@@ -134,8 +134,10 @@ impl FurnishError {
                 let indices = match **cause {
                     RoomError::Pose(body)
                     | RoomError::MetalCutsGenerator { body, .. }
+                    | RoomError::CoilInHole { body, .. }
                     | RoomError::MetalInVolumeCenter(body) => vec![body],
                     RoomError::BodiesTouch { first, second } => vec![first, second],
+                    RoomError::BodyInHole { body, other } => vec![body, other],
                     _ => Vec::new(),
                 };
                 indices.into_iter().filter_map(|index| Some(names.get(index)?.as_str())).collect()
@@ -156,6 +158,16 @@ fn named(cause: &RoomError, names: &[String]) -> String {
         RoomError::MetalInVolumeCenter(body) => {
             format!("{} is in the middle of the measurement volume", name(*body))
         }
+        RoomError::CoilInHole { body, coil } => format!(
+            "coil {} of the generator is in a hole of {}: the flux through it is not known then",
+            coil + 1,
+            name(*body)
+        ),
+        RoomError::BodyInHole { body, other } => format!(
+            "{} is in a hole of {}: the flux through it is not known then",
+            name(*other),
+            name(*body)
+        ),
         RoomError::BodiesTouch { first, second } => {
             format!("{} and {} touch or cut each other", name(*first), name(*second))
         }

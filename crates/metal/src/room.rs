@@ -77,6 +77,10 @@ pub enum RoomError {
     MetalInVolumeCenter(usize),
     #[error("bodies {first} and {second} touch or cut each other")]
     BodiesTouch { first: usize, second: usize },
+    #[error("body {other} is in a hole of body {body}: the flux through it is not known then")]
+    BodyInHole { body: usize, other: usize },
+    #[error("coil {coil} is in a hole of body {body}: the flux through it is not known then")]
+    CoilInHole { body: usize, coil: usize },
     #[error(
         "the bodies' triangles make {found} numbers between them, expected at most {MAX_COUPLING_NUMBERS}: coarsen them"
     )]
@@ -408,6 +412,19 @@ fn check_clearance(
         }
         if center.is_some_and(|center| placed.contains(&center)) {
             return Err(RoomError::MetalInVolumeCenter(body));
+        }
+    }
+    for (body, placed) in bodies.iter().enumerate() {
+        let is_spanned = |wire: &Vec<Point3<f64>>| {
+            let ends = wire.iter().zip(wire.iter().cycle().skip(1));
+            ends.into_iter().any(|(from, to)| placed.is_spanned(from, to))
+        };
+        if let Some(coil) = wires_mm.iter().position(is_spanned) {
+            return Err(RoomError::CoilInHole { body, coil });
+        }
+        let others = (0..bodies.len()).filter(|&other| other != body);
+        if let Some(other) = others.into_iter().find(|&other| placed.holds(&bodies[other])) {
+            return Err(RoomError::BodyInHole { body, other });
         }
     }
     let pairs = (0..bodies.len()).flat_map(|second| (0..second).map(move |first| (first, second)));

@@ -114,7 +114,7 @@ fn page_discs() {
         let rings = Rings::of_disc(radius_mm, length_mm, 60, along);
         let whole = rings.moment(1e-3).re;
         page += &format!("| {} by {length_mm} mm |", 2.0 * radius_mm);
-        for triangles in [200, 400, 800, 1600, 2400].into_iter().filter(|count| *count <= most) {
+        for triangles in [200, 400, 800, 1600, 2000].into_iter().filter(|count| *count <= most) {
             let shape = shape(&cylinder(radius_mm, length_mm, triangles).unwrap());
             let off = DEPTHS_MM.map(|depth_mm| {
                 (moment_along_z(&shape, depth_mm) - rings.moment(depth_mm)) / whole

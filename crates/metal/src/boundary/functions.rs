@@ -3,9 +3,10 @@
 //! A loop about a corner is `n × ∇λ`, with the corner's linear function `λ`: even on each of its triangles. A flux
 //! through an edge is `(r − c)/2A` in the triangle that has the corner `c` opposite to it, and the same with the other
 //! sign beyond the edge (Rao, Wilton and Glisson, IEEE Trans. Antennas and Propagation 30(3), 1982). Fluxes through
-//! the edges of a tree that joins all triangles of a shell, and loops about all its corners but one, are all there
-//! are where no hole goes through the body.
+//! the edges of a tree that joins all triangles of a shell, loops about all its corners but one, and
+//! [cycles](super::cycles) where holes go through the body, are all there are.
 
+use super::cycles::{Cycles, Tree};
 use crate::panel::Panel;
 use crate::surface::ClosedSurface;
 use nalgebra::Vector3;
@@ -19,8 +20,8 @@ pub(super) struct Functions {
     /// Of each triangle.
     pub loops_of: Vec<Vec<Loop>>,
     pub fluxes_of: Vec<Vec<Flux>>,
-    /// Holes that go through the body.
-    pub holes: usize,
+    /// Where holes go through the body.
+    pub cycles: Cycles,
 }
 
 /// A loop in one of its triangles.
@@ -60,11 +61,21 @@ impl Functions {
             }
         }
         let (loops, loops_of) = loops(surface, &corners, numbers.len());
-        let (fluxes, fluxes_of) = fluxes(panels, &corners, &triangles_at);
-        // Euler's formula.
-        let of_balls = 2 * surface.shells().len() + triangles_at.len();
-        let holes = of_balls.saturating_sub(numbers.len() + panels.len()) / 2;
-        Self { loops, fluxes, loops_of, fluxes_of, holes }
+        let (fluxes, fluxes_of, tree) = fluxes(panels, &corners, &triangles_at);
+        let cycles = Cycles::new(panels, &corners, &triangles_at, &tree);
+        Self { loops, fluxes, loops_of, fluxes_of, cycles }
+    }
+
+    /// Loops and cycles: currents without divergence, even on each triangle.
+    pub fn currents(&self) -> usize {
+        self.loops + self.cycles.count
+    }
+
+    /// Numbers of loops and, after them, cycles of a triangle, with their currents in it.
+    pub fn currents_of(&self, triangle: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        let loops = self.loops_of[triangle].iter().map(|of| (of.number, of.current));
+        let cycles = self.cycles.currents_of[triangle].iter();
+        loops.chain(cycles.map(|(number, current)| (self.loops + number, *current)))
     }
 }
 
@@ -106,7 +117,8 @@ fn fluxes(
     panels: &[Panel],
     corners: &[[usize; 3]],
     triangles_at: &HashMap<[usize; 2], Vec<usize>>,
-) -> (usize, Vec<Vec<Flux>>) {
+) -> (usize, Vec<Vec<Flux>>, Tree) {
+    let mut tree: Tree = vec![None; panels.len()];
     let mut fluxes_of = vec![Vec::new(); panels.len()];
     let mut is_reached = vec![false; panels.len()];
     let mut count = 0;
@@ -120,6 +132,7 @@ fn fluxes(
                 let beyond = triangles_at[&edge].iter().find(|to| !is_reached[**to]);
                 let Some(&to) = beyond else { continue };
                 is_reached[to] = true;
+                tree[to] = Some((from, edge));
                 for (triangle, sign) in [(from, 1.0), (to, -1.0)] {
                     let opposite = edges(&corners[triangle]).iter().position(|own| *own == edge);
                     let from_mm = panels[triangle].corners_mm()[opposite.unwrap_or(0)].coords;
@@ -131,7 +144,7 @@ fn fluxes(
             }
         }
     }
-    (count, fluxes_of)
+    (count, fluxes_of, tree)
 }
 
 #[cfg(test)]
@@ -152,7 +165,7 @@ mod tests {
             let triangles = surface.panels().len();
             assert_eq!(found.loops, triangles / 2 + shells);
             assert_eq!(found.fluxes, triangles - shells);
-            assert_eq!(found.holes, 0);
+            assert_eq!(found.cycles.count, 0);
             // Currents of all loops about the corners of a triangle, and fluxes over all of a shell, are none.
             for own in found.loops_of.iter().filter(|own| own.len() == 3) {
                 let sum: Vector3<f64> = own.iter().map(|of| of.current).sum();
@@ -189,6 +202,16 @@ mod tests {
             ..MeshPart::default()
         };
         let mesh = SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() };
-        assert_eq!(Functions::new(&ClosedSurface::new(&mesh).unwrap()).holes, 1);
+        let found = Functions::new(&ClosedSurface::new(&mesh).unwrap()).cycles;
+        assert_eq!((found.count, found.holes()), (2, 1));
+        // What spans the current around it is the disc within the ring, whatever its current's direction.
+        let spanned: Vector3<f64> = found.spans[0]
+            .iter()
+            .map(|(share, of)| of.normal().as_ref() * (of.area_mm2() * share))
+            .sum();
+        let circle = std::f64::consts::PI * 30.0 * 30.0;
+        assert!((spanned.z.abs() / circle - 1.0).abs() < 0.5, "{spanned}");
+        let largest = found.links.norm_max();
+        assert!(largest == 1.0 && found.around.norm_max() == 1.0, "{largest}");
     }
 }

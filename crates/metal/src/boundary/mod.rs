@@ -17,15 +17,19 @@
 //! potential of the coils' own normal field `q₀`, by the same functions, `⟨w, S₀ n × ∇u₀⟩ = ⟨v, q₀⟩/2 − ⟨q₀, D₀ v⟩`.
 //! Only what a material changes has the error of the triangles, so that few are enough.
 //!
-//! `u` is linear on triangles and `q` even. No current flows around a hole that goes through the body.
+//! `u` is linear on triangles and `q` even. A current around a hole that goes through the body has a potential that goes
+//! up by the current where what spans the hole is passed through: each hole adds an unknown `I/k²`, for which
+//! `n × ∇u` is tested as it is, and a right side, the coils' flux through the hole.
 
+mod around;
 #[cfg(test)]
 mod convergence;
+mod cycles;
 mod functions;
 mod layers;
 mod pair;
 #[cfg(test)]
-mod rings;
+pub(crate) mod rings;
 #[cfg(test)]
 mod tests;
 
@@ -34,6 +38,7 @@ use crate::panel::{FULL_ANGLE, Panel};
 use crate::panel_lanes::PanelLanes;
 use crate::phase::InPhaseAndLag;
 use crate::surface::ClosedSurface;
+use around::Around;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use functions::Functions;
@@ -69,10 +74,12 @@ pub enum BoundaryError {
 pub struct BoundaryShape {
     surface: ClosedSurface,
     functions: Functions,
-    /// `S₀` between triangles, `D₀` of loops over triangles, and `S₀` of loops' currents.
+    /// `S₀` between triangles, `D₀` of loops over triangles, and `S₀` of the currents of loops and cycles.
     single: Mat<f64>,
     double: Mat<f64>,
-    of_loops: Mat<f64>,
+    of_currents: Mat<f64>,
+    /// Of `k = 0`.
+    around: Around<f64>,
     /// From the mean normal field on each triangle: the potential of the coils' field, and the right sides of fluxes.
     potential: Mat<f64>,
     of_fluxes: Mat<f64>,
@@ -83,8 +90,8 @@ pub struct BoundaryShape {
 #[derive(Clone, Debug)]
 pub struct BoundaryBody {
     shape: Arc<BoundaryShape>,
-    /// From the mean normal field on each triangle: what is added to the flux through each, then to the potential of
-    /// each loop.
+    /// From the mean normal field on each triangle, and the flux through each hole: what is added to the flux through
+    /// each triangle, then to the potential of each loop, then the current around each hole.
     answer: InPhaseAndLag,
 }
 
@@ -99,17 +106,19 @@ impl BoundaryShape {
         let count = panels.len();
         let mut single: Mat<f64> = Mat::zeros(count, count);
         let mut double: Mat<f64> = Mat::zeros(count, loops);
-        let mut of_loops: Mat<f64> = Mat::zeros(loops, loops);
+        let mut of_currents: Mat<f64> = Mat::zeros(functions.currents(), functions.currents());
         for_pairs(panels, 0.0, task, |i, j, pair| {
             let whole: f64 = pair.single.iter().sum();
             single[(i, j)] += 0.5 * whole;
             single[(j, i)] += 0.5 * whole;
             for b in &functions.loops_of[j] {
                 double[(i, b.number)] += pair.double[b.corner];
-                for a in &functions.loops_of[i] {
-                    let value = 0.5 * whole * a.current.dot(&b.current);
-                    of_loops[(a.number, b.number)] += value;
-                    of_loops[(b.number, a.number)] += value;
+            }
+            for (b, current) in functions.currents_of(j) {
+                for (a, other) in functions.currents_of(i) {
+                    let value = 0.5 * whole * other.dot(&current);
+                    of_currents[(a, b)] += value;
+                    of_currents[(b, a)] += value;
                 }
             }
         })?;
@@ -117,6 +126,7 @@ impl BoundaryShape {
         for (j, (panel, own)) in panels.iter().zip(&functions.loops_of).enumerate() {
             own.iter().for_each(|a| half_flux[(a.number, j)] += panel.area_mm2() / 6.0);
         }
+        let of_loops = of_currents.as_ref().submatrix(0, 0, loops, loops);
         let potential: Mat<f64> = of_loops.partial_piv_lu().solve(&half_flux);
         let source: Mat<f64> = &single - &double * &potential;
         let mut of_fluxes = Mat::zeros(functions.fluxes, count);
@@ -125,17 +135,28 @@ impl BoundaryShape {
                 own.iter().for_each(|t| of_fluxes[(t.number, j)] += 4.0 * t.by * source[(i, j)]);
             }
         }
+        let around = Around::new(panels, &functions, 0.0, task)?;
         let lanes = PanelLanes::new(panels);
-        Ok(Self { surface, functions, single, double, of_loops, potential, of_fluxes, lanes })
+        Ok(Self {
+            surface,
+            functions,
+            single,
+            double,
+            of_currents,
+            around,
+            potential,
+            of_fluxes,
+            lanes,
+        })
     }
 
     pub fn surface(&self) -> &ClosedSurface {
         &self.surface
     }
 
-    /// Holes that go through the body, as through a ring.
-    pub fn holes(&self) -> usize {
-        self.functions.holes
+    /// Of each hole that goes through the body, triangles that span what flows around it, with their shares.
+    pub(crate) fn spans(&self) -> &[Vec<(f64, Panel)>] {
+        &self.functions.cycles.spans
     }
 }
 
@@ -174,13 +195,15 @@ struct Inside<'a> {
     shape: &'a BoundaryShape,
     kk: c64,
     mu: f64,
-    /// `S` of loops' currents, of loops' currents and their normals, and of fluxes and loops.
-    of_loops: Mat<c64>,
+    /// `S` of currents, of currents and loops' normals, and of fluxes and currents.
+    of_currents: Mat<c64>,
     of_normals: Mat<c64>,
     of_both: Mat<c64>,
     /// `C`, and all of fluxes with fluxes.
     coupling: Mat<c64>,
     of_fluxes: Mat<c64>,
+    /// `C` of what flows around holes: of currents, where all but what they link is of order `k²`, and of fluxes.
+    around: Around<c64>,
 }
 
 fn add_both(matrix: &mut Mat<c64>, i: usize, j: usize, value: c64) {
@@ -192,12 +215,13 @@ impl<'a> Inside<'a> {
     fn new(shape: &'a BoundaryShape, k: c64, mu: f64, task: &Task) -> Result<Self, Cancelled> {
         let functions = &shape.functions;
         let (loops, fluxes) = (functions.loops, functions.fluxes);
+        let currents = functions.currents();
         let panels = shape.surface.panels();
         let complex = |v: &Vector3<f64>| v.map(real::<c64>);
         let kk = k * k;
-        let mut of_loops = Mat::zeros(loops, loops);
-        let mut of_normals = Mat::zeros(loops, loops);
-        let mut of_both: Mat<c64> = Mat::zeros(fluxes, loops);
+        let mut of_currents = Mat::zeros(currents, currents);
+        let mut of_normals: Mat<c64> = Mat::zeros(currents, loops);
+        let mut of_both: Mat<c64> = Mat::zeros(fluxes, currents);
         let mut coupling: Mat<c64> = Mat::zeros(fluxes, loops);
         let mut of_fluxes = Mat::zeros(fluxes, fluxes);
         for (i, own) in functions.fluxes_of.iter().enumerate() {
@@ -218,24 +242,30 @@ impl<'a> Inside<'a> {
             let source: Vector3<c64> = (0..3).map(|c| corners[c] * pair.single[c]).sum();
             let product: c64 = (0..3).map(|c| corners[c].dot(&pair.moment[c])).sum();
             let normal = panels[j].normal();
-            for a in &functions.loops_of[i] {
+            for (a, current) in functions.currents_of(i) {
+                for (b, other) in functions.currents_of(j) {
+                    add_both(&mut of_currents, a, b, whole * current.dot(&other));
+                }
                 for b in &functions.loops_of[j] {
-                    let (one, other) = (a.number, b.number);
-                    add_both(&mut of_loops, one, other, whole * a.current.dot(&b.current));
-                    let of_normal = pair.single[b.corner] * a.current.dot(normal);
-                    add_both(&mut of_normals, one, other, of_normal);
+                    let of_normal = pair.single[b.corner] * current.dot(normal);
+                    match a < loops {
+                        true => add_both(&mut of_normals, a, b.number, of_normal),
+                        false => of_normals[(a, b.number)] += of_normal,
+                    }
                 }
                 for u in &functions.fluxes_of[j] {
                     let from = source - complex(&u.from_mm) * whole;
-                    let value = complex(&a.current).dot(&from);
-                    of_both[(u.number, a.number)] += value * (0.5 * u.by);
+                    let value = complex(&current).dot(&from);
+                    of_both[(u.number, a)] += value * (0.5 * u.by);
                 }
             }
             for t in &functions.fluxes_of[i] {
                 let from = complex(&t.from_mm);
+                for (b, current) in functions.currents_of(j) {
+                    let value = complex(&current).dot(&(target - from * whole));
+                    of_both[(t.number, b)] += value * (0.5 * t.by);
+                }
                 for b in &functions.loops_of[j] {
-                    let value = complex(&b.current).dot(&(target - from * whole));
-                    of_both[(t.number, b.number)] += value * (0.5 * t.by);
                     let single = pair.moment[b.corner] - from * pair.single[b.corner];
                     let single = kk * complex(normal).dot(&single);
                     coupling[(t.number, b.number)] += (single - pair.double[b.corner] * 2.0) * t.by;
@@ -256,28 +286,75 @@ impl<'a> Inside<'a> {
                 }
             }
         }
-        Ok(Self { shape, kk, mu, of_loops, of_normals, of_both, coupling, of_fluxes })
+        let mut around = Around::new(panels, functions, k, task)?;
+        let (at_rest, links) = (&shape.around, &functions.cycles.links);
+        for hole in 0..functions.cycles.holes() {
+            for a in 0..currents {
+                // At rest the sum of both layers is exactly how often the current is linked.
+                let linked = a.checked_sub(loops).map_or(0.0, |cycle| links[(cycle, hole)]);
+                around.currents[(a, hole)] += real::<c64>(linked - at_rest.currents[(a, hole)]);
+            }
+            for t in 0..fluxes {
+                around.fluxes[(t, hole)] += real::<c64>(at_rest.fluxes[(t, hole)]);
+            }
+        }
+        Ok(Self { shape, kk, mu, of_currents, of_normals, of_both, coupling, of_fluxes, around })
     }
 
-    /// An entry of the equations: loops of `m`, its fluxes, then loops of `u`.
+    /// Where each kind of unknown begins, and how many there are: currents of `m`, its fluxes, loops of `u`, holes.
+    fn parts(shape: &BoundaryShape) -> [usize; 4] {
+        let functions = &shape.functions;
+        let fluxes = functions.currents();
+        let loops = fluxes + functions.fluxes;
+        let holes = loops + functions.loops;
+        [fluxes, loops, holes, holes + functions.cycles.holes()]
+    }
+
+    /// An entry of the equations.
     fn entry(&self, row: usize, column: usize) -> c64 {
-        let (loops, fluxes) = (self.shape.functions.loops, self.shape.functions.fluxes);
-        let place = |k: usize| match k.checked_sub(loops) {
-            None => (0, k),
-            Some(k) if k < fluxes => (1, k),
-            Some(k) => (2, k - fluxes),
+        let [fluxes, loops, holes, _] = Self::parts(self.shape);
+        let place = |k: usize| match k {
+            _ if k < fluxes => (0, k),
+            _ if k < loops => (1, k - fluxes),
+            _ if k < holes => (2, k - loops),
+            _ => (3, k - holes),
         };
         match (place(row), place(column)) {
-            ((0, a), (0, b)) => self.of_loops[(a, b)],
+            ((0, a), (0, b)) => self.of_currents[(a, b)],
             ((0, a), (1, t)) => self.of_both[(t, a)] / self.mu,
-            ((0, a), (_, b)) => self.of_normals[(a, b)],
+            ((0, a), (2, b)) => self.of_normals[(a, b)],
+            ((0, a), (_, hole)) => self.around.currents[(a, hole)],
             ((1, t), (0, b)) => self.of_both[(t, b)] * self.kk,
             ((1, t), (1, u)) => self.of_fluxes[(t, u)],
-            ((1, t), (_, b)) => self.coupling[(t, b)],
-            ((_, a), (0, b)) => -self.of_normals[(a, b)] * self.kk * self.mu,
-            ((_, a), (1, t)) => -self.coupling[(t, a)],
-            ((_, a), (_, b)) => self.of_loops[(a, b)] * self.mu + self.shape.of_loops[(a, b)],
+            ((1, t), (2, b)) => self.coupling[(t, b)],
+            ((1, t), (_, hole)) => self.around.fluxes[(t, hole)] * self.kk,
+            ((2, a), (0, b)) => -self.of_normals[(b, a)] * self.kk * self.mu,
+            ((2, a), (1, t)) => -self.coupling[(t, a)],
+            ((2, a), (2, b)) => self.both_layers(a, b),
+            ((2, a), (_, hole)) => self.both_around(a, hole) * self.kk,
+            ((_, hole), (0, b)) => -self.around.currents[(b, hole)] * self.mu,
+            ((_, hole), (1, t)) => -self.around.fluxes[(t, hole)],
+            ((_, hole), (2, b)) => self.both_around(b, hole),
+            ((_, hole), (_, other)) => {
+                let around = &self.shape.functions.cycles.around;
+                let of = |cycle: usize| {
+                    let current = self.shape.functions.loops + cycle;
+                    self.both_around(current, other) * around[(cycle, hole)]
+                };
+                (0..around.nrows()).map(of).sum::<c64>() * self.kk
+            }
         }
+    }
+
+    fn both_layers(&self, a: usize, b: usize) -> c64 {
+        self.of_currents[(a, b)] * self.mu + self.shape.of_currents[(a, b)]
+    }
+
+    /// Both layers of what flows around a hole.
+    fn both_around(&self, a: usize, hole: usize) -> c64 {
+        let Functions { loops, cycles, .. } = &self.shape.functions;
+        let of = |cycle: usize| self.both_layers(a, loops + cycle) * cycles.around[(cycle, hole)];
+        (0..cycles.count).map(of).sum()
     }
 }
 
@@ -296,45 +373,54 @@ impl BoundaryBody {
         let functions = &shape.functions;
         let panels = shape.surface.panels();
         let (loops, fluxes, count) = (functions.loops, functions.fluxes, panels.len());
+        let holes = functions.cycles.holes();
         let k = c64::new(1.0, 1.0) / skin_depth_mm;
         let inside = Inside::new(&shape, k, relative_permeability, &task.subtask(0.0, 0.4))?;
+        let [of_flux, of_loop, of_hole, size] = Inside::parts(&shape);
         // Of a size of their own, rows and columns are of order 1.
         let size_mm = (shape.surface.area_mm2() / count as f64).sqrt();
-        let is_flux = |k: usize| (loops..loops + fluxes).contains(&k);
+        let is_flux = |k: usize| (of_flux..of_loop).contains(&k);
         let row_by = |k: usize| if is_flux(k) { 1.0 } else { 1.0 / size_mm };
-        let column_by = |k: usize| if is_flux(k) { size_mm } else { 1.0 };
+        let column_by = |k: usize| if is_flux(k) || k >= of_hole { size_mm } else { 1.0 };
         let entry = |i: usize, j: usize| inside.entry(i, j) * (row_by(i) * column_by(j));
-        let factors = Factors::new(2 * loops + fluxes, entry, &task.subtask(0.4, 0.7))?;
+        let factors = Factors::new(size, entry, &task.subtask(0.4, 0.7))?;
         let factors = factors.ok_or(BoundaryError::Singular { panels: count })?;
-        let first = loops + fluxes;
         let of_columns = |columns: &[usize]| {
-            let mut right: Mat<c64> = Mat::zeros(first + loops, columns.len());
+            let mut right: Mat<c64> = Mat::zeros(size, columns.len());
             for (column, &j) in columns.iter().enumerate() {
+                if let Some(hole) = j.checked_sub(count) {
+                    right[(of_hole + hole, column)] = real(-1.0 / size_mm);
+                    continue;
+                }
                 for t in 0..fluxes {
-                    right[(loops + t, column)] = real(shape.of_fluxes[(t, j)]);
+                    right[(of_flux + t, column)] = real(shape.of_fluxes[(t, j)]);
                 }
                 for a in &functions.loops_of[j] {
-                    right[(first + a.number, column)] =
+                    right[(of_loop + a.number, column)] =
                         real(panels[j].area_mm2() / (3.0 * size_mm));
                 }
             }
             let found = factors.solve(&right);
-            let mut added: Mat<c64> = Mat::zeros(count + loops, columns.len());
+            let mut added: Mat<c64> = Mat::zeros(count + loops + holes, columns.len());
             for (column, &j) in columns.iter().enumerate() {
                 for (i, own) in functions.fluxes_of.iter().enumerate() {
                     let each = own
                         .iter()
-                        .map(|t| found[(loops + t.number, column)] * (2.0 * t.by * size_mm));
+                        .map(|t| found[(of_flux + t.number, column)] * (2.0 * t.by * size_mm));
                     added[(i, column)] = each.sum::<c64>() - if i == j { 1.0 } else { 0.0 };
                 }
                 for a in 0..loops {
-                    added[(count + a, column)] =
-                        found[(first + a, column)] - shape.potential[(a, j)];
+                    let own = if j < count { shape.potential[(a, j)] } else { 0.0 };
+                    added[(count + a, column)] = found[(of_loop + a, column)] - own;
+                }
+                for hole in 0..holes {
+                    added[(count + loops + hole, column)] =
+                        found[(of_hole + hole, column)] * (k * k * size_mm);
                 }
             }
             added
         };
-        let all: Vec<usize> = (0..count).collect();
+        let all: Vec<usize> = (0..count + holes).collect();
         let solving = task.subtask(0.7, 1.0);
         let parts: Vec<Mat<c64>> = all
             .par_chunks(COLUMNS)
@@ -346,7 +432,7 @@ impl BoundaryBody {
         solving.step(1, 1)?;
         let part = |of: fn(c64) -> f64| {
             let entry = |i: usize, j: usize| of(parts[j / COLUMNS][(i, j % COLUMNS)]);
-            Mat::from_fn(count + loops, count, entry)
+            Mat::from_fn(count + loops + holes, count + holes, entry)
         };
         let answer = InPhaseAndLag { in_phase: part(|z| z.re), lag: part(|z| z.im) };
         Ok(Self { shape, answer })
@@ -360,12 +446,12 @@ impl BoundaryBody {
         &self.shape
     }
 
-    /// Added fluxes through triangles, and added potentials of loops.
+    /// Added fluxes through triangles, added potentials of loops, and currents around holes.
     pub fn unknowns(&self) -> usize {
         self.answer.in_phase.nrows()
     }
 
-    /// From a mean normal field on each panel: the unknowns.
+    /// From a mean normal field on each panel, and the flux through each hole: the unknowns.
     pub(crate) fn answer(&self) -> &InPhaseAndLag {
         &self.answer
     }
@@ -395,7 +481,17 @@ impl BoundaryBody {
 
     fn moments_by(&self, answer: &Mat<f64>) -> Matrix3<f64> {
         let panels = self.surface().panels();
-        let even = Mat::from_fn(panels.len(), 3, |i, axis| panels[i].normal()[axis]);
+        let spans = self.shape.spans();
+        let spanned = |hole: usize| -> Vector3<f64> {
+            spans[hole]
+                .iter()
+                .map(|(share, of)| of.normal().as_ref() * (of.area_mm2() * share))
+                .sum()
+        };
+        let even = Mat::from_fn(panels.len() + spans.len(), 3, |i, axis| match panels.get(i) {
+            Some(panel) => panel.normal()[axis],
+            None => spanned(i - panels.len())[axis],
+        });
         let far_mm = FAR * self.surface().area_mm2().sqrt();
         let mut fields = [Vector3::zeros(); 3];
         let sources = self.sources(&(answer * &even));
@@ -410,12 +506,12 @@ impl BoundaryBody {
         let count = self.surface().panels().len();
         let mut sources = Mat::zeros(count, 4 * unknowns.ncols());
         for coil in 0..unknowns.ncols() {
-            for (i, own) in self.shape.functions.loops_of.iter().enumerate() {
+            for i in 0..count {
                 sources[(i, 4 * coil)] = unknowns[(i, coil)];
-                for a in own {
+                for (number, current) in self.currents_of(i) {
                     for axis in 0..3 {
                         sources[(i, 4 * coil + 1 + axis)] +=
-                            a.current[axis] * unknowns[(count + a.number, coil)];
+                            current[axis] * unknowns[(count + number, coil)];
                     }
                 }
             }
@@ -445,12 +541,20 @@ impl BoundaryBody {
         mut each: impl FnMut(usize, Vector3<f64>),
     ) {
         let panels = self.surface().panels();
-        for (i, (panel, own)) in panels.iter().zip(&self.shape.functions.loops_of).enumerate() {
+        for (i, panel) in panels.iter().enumerate() {
             let field = panel.field(p) / FULL_ANGLE;
             each(i, field);
-            for a in own {
-                each(panels.len() + a.number, a.current.cross(&field));
+            for (number, current) in self.currents_of(i) {
+                each(panels.len() + number, current.cross(&field));
             }
         }
+    }
+
+    /// Loops, and after them holes, that make currents in a triangle, with what a unit of each makes.
+    fn currents_of(&self, triangle: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        let Functions { loops, loops_of, cycles, .. } = &self.shape.functions;
+        let around = cycles.around_in(triangle).into_iter().enumerate();
+        let of_loops = loops_of[triangle].iter().map(|of| (of.number, of.current));
+        of_loops.chain(around.map(move |(hole, current)| (loops + hole, current)))
     }
 }

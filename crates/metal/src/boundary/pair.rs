@@ -5,8 +5,8 @@ use crate::panel::{FINE, FULL_ANGLE, Panel, RULE};
 use nalgebra::{Point3, Vector3};
 
 /// Triangles farther apart than this many times their radii are sums over three points of each, or seven.
-const FAR: f64 = 2.0;
-const NEAR: f64 = 1.2;
+pub(super) const FAR: f64 = 2.0;
+pub(super) const NEAR: f64 = 1.2;
 
 /// A triangle that has another one nearer to its middle than this part of its radius is beside the other side of a
 /// thin wall.
@@ -31,7 +31,7 @@ const AWAY: [(f64, f64); 8] = [
 ];
 
 /// A kernel that has decayed by so many times `e` is none: what is left is 10⁻¹¹.
-const DECAYED: f64 = 25.0;
+pub(super) const DECAYED: f64 = 25.0;
 
 type Rule = Vec<([f64; 3], f64)>;
 
@@ -53,7 +53,7 @@ pub(super) struct Pair<T> {
     pub double: [T; 3],
 }
 
-fn place(panel: &Panel, bary: &[f64; 3]) -> Point3<f64> {
+pub(super) fn place(panel: &Panel, bary: &[f64; 3]) -> Point3<f64> {
     let corners = panel.corners_mm();
     Point3::from((0..3).map(|k| corners[k].coords * bary[k]).sum::<Vector3<f64>>())
 }
@@ -74,7 +74,7 @@ impl Rules {
         Self { towards_edge, towards_edges }
     }
 
-    fn near(&self, target: &Panel, source: &Panel) -> &[([f64; 3], f64)] {
+    pub fn near(&self, target: &Panel, source: &Panel) -> &[([f64; 3], f64)] {
         let is_own = |corner: &usize| !source.corners_mm().contains(&target.corners_mm()[*corner]);
         let own: Vec<usize> = (0..3).filter(is_own).collect();
         match own[..] {

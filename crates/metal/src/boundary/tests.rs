@@ -7,7 +7,7 @@ use crate::sphere::rule::spherical_rule;
 use crate::sphere::{SphereResponse, sphere_factor};
 use std::f64::consts::{PI, TAU};
 use trackwright_field::generator::dipole::Dipole;
-use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
 
 pub(super) fn shape(mesh: &SurfaceMesh) -> Arc<BoundaryShape> {
     let surface = ClosedSurface::new(mesh).unwrap();
@@ -25,10 +25,18 @@ fn added(
     at: &[Point3<f64>],
 ) -> Vec<Vector3<f64>> {
     let panels = body.surface().panels();
-    let right = Mat::from_fn(panels.len(), 1, |i, _| {
-        let points = panels[i].rule_mm(50.0);
-        let along = points.iter().map(|p| field(p).dot(panels[i].normal()));
+    let mean = |panel: &Panel| {
+        let points = panel.rule_mm(50.0);
+        let along = points.iter().map(|p| field(p).dot(panel.normal()));
         along.sum::<f64>() / points.len() as f64
+    };
+    let spans = body.shape().spans();
+    let right = Mat::from_fn(panels.len() + spans.len(), 1, |i, _| match panels.get(i) {
+        Some(panel) => mean(panel),
+        None => {
+            let each = spans[i - panels.len()].iter();
+            each.map(|(share, panel)| share * panel.area_mm2() * mean(panel)).sum()
+        }
     });
     let sources = body.sources(&body.answer().in_phase_of(&body.without_mean(&right)));
     let each = at.iter().map(|p| {
@@ -172,8 +180,9 @@ fn source_and_receiver_can_be_exchanged() {
     let ((a, m), (b, n)) =
         (source(), (Point3::new(-60.0, -80.0, 20.0), Vector3::new(0.3, 0.9, -0.4)));
     let [from_a, from_b] = [Dipole::new(&a, &m), Dipole::new(&b, &n)];
-    for mesh in [cuboid(&Vector3::new(80.0, 60.0, 6.0), 200), cylinder(20.0, 100.0, 200)] {
-        let shape = shape(&mesh.unwrap());
+    let solids = [cuboid(&Vector3::new(80.0, 60.0, 6.0), 200), cylinder(20.0, 100.0, 200)];
+    for mesh in solids.map(Result::unwrap).into_iter().chain([plate_with_two_holes(14.0)]) {
+        let shape = shape(&mesh);
         for (depth_mm, mu) in [(4.3, 1.0), (20.0, 1.0), (0.5, 700.0), (f64::INFINITY, 50.0)] {
             let body = body(&shape, depth_mm, mu);
             let there = added(&body, |p| from_a.field(p), &[b])[0].dot(&n);
@@ -184,16 +193,53 @@ fn source_and_receiver_can_be_exchanged() {
     }
 }
 
+/// A plate of 5 by 3 cubes without two of them.
+fn plate_with_two_holes(side_mm: f64) -> SurfaceMesh {
+    let is_in = |x: i32, y: i32, z: i32| {
+        (0..5).contains(&x) && (0..3).contains(&y) && z == 0 && !(y == 1 && [1, 3].contains(&x))
+    };
+    let mut part = MeshPart::default();
+    let cells = (0..15).map(|k| [k % 5, k / 5, 0]).filter(|[x, y, z]| is_in(*x, *y, *z));
+    for cell in cells {
+        for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1), (axis, -1)]) {
+            let mut beyond = cell;
+            beyond[axis] += sign;
+            if is_in(beyond[0], beyond[1], beyond[2]) {
+                continue;
+            }
+            let corner = |u: i32, v: i32| {
+                let mut at = cell.map(f64::from);
+                at[axis] += f64::from((1 + sign) / 2);
+                at[(axis + 1) % 3] += f64::from(u);
+                at[(axis + 2) % 3] += f64::from(v);
+                Point3::from(at.map(|part| side_mm * part)) - Vector3::new(2.5, 1.5, 0.5) * side_mm
+            };
+            let base = part.positions_mm.len() as u32;
+            part.positions_mm.extend([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]);
+            part.normals.extend([Vector3::ith(axis, f64::from(sign)); 4]);
+            let faces = match sign {
+                1 => [[0, 1, 2], [0, 2, 3]],
+                _ => [[0, 2, 1], [0, 3, 2]],
+            };
+            part.triangles.extend(faces.map(|face: [u32; 3]| face.map(|k| base + k)));
+        }
+    }
+    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
+}
+
 #[test]
 fn what_is_no_metal_adds_nothing() {
-    let shape = shape(&cuboid(&Vector3::new(80.0, 60.0, 6.0), 100).unwrap());
-    let (at, direction) = source();
-    let dipole = Dipole::new(&at, &direction);
-    let near = [Point3::new(0.0, 0.0, 10.0)];
-    let whole = dipole.field(&near[0]).norm();
-    for (depth_mm, mu, part) in [(f64::INFINITY, 1.0, 1e-12), (1e5, 1.0, 1e-6)] {
-        let found = added(&body(&shape, depth_mm, mu), |p| dipole.field(p), &near)[0].norm();
-        assert!(found < part * whole, "{depth_mm} {mu}: {found:e}");
+    let solid = cuboid(&Vector3::new(80.0, 60.0, 6.0), 100).unwrap();
+    for mesh in [solid, plate_with_two_holes(20.0)] {
+        let shape = shape(&mesh);
+        let (at, direction) = source();
+        let dipole = Dipole::new(&at, &direction);
+        let near = [Point3::new(0.0, 0.0, 20.0)];
+        let whole = dipole.field(&near[0]).norm();
+        for (depth_mm, mu, part) in [(f64::INFINITY, 1.0, 1e-12), (1e5, 1.0, 1e-6)] {
+            let found = added(&body(&shape, depth_mm, mu), |p| dipole.field(p), &near)[0].norm();
+            assert!(found < part * whole, "{depth_mm} {mu}: {found:e}");
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A metal body and where it is: what is in it, cut by it or near it.
 
 use crate::body::{MetalBody, MetalShape};
+use crate::panel::Panel;
 use nalgebra::Point3;
 use std::sync::Arc;
 use trackwright_geometry::bounds::Bounds;
@@ -38,6 +39,42 @@ impl PlacedBody {
                 is_near
                     && (surface.contains(&from)
                         || surface.panels().iter().any(|panel| panel.is_cut_by(&from, &to)))
+            }
+        }
+    }
+
+    /// Triangles that span the holes that go through the body.
+    fn spans(&self) -> impl Iterator<Item = &Panel> {
+        let spans = match self.body.shape() {
+            MetalShape::Sphere { .. } => &[],
+            MetalShape::Surface(shape) => shape.spans(),
+        };
+        spans.iter().flatten().map(|(_, panel)| panel)
+    }
+
+    /// Whether a segment of the tracker frame goes through a hole.
+    pub(super) fn is_spanned(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+        let [from, to] = [from, to].map(|p| self.tracker_from_body.inverse_transform_point(p));
+        self.spans().any(|panel| panel.is_cut_by(&from, &to))
+    }
+
+    /// Whether another body reaches into a hole of this one.
+    pub(super) fn holds(&self, other: &Self) -> bool {
+        if self.spans().next().is_none() {
+            return false;
+        }
+        match other.body.shape() {
+            MetalShape::Sphere { radius_mm } => {
+                let middle = other.tracker_from_body.translation.vector.into();
+                let in_body = self.tracker_from_body.inverse_transform_point(&middle);
+                self.spans().any(|panel| panel.distance_mm(&in_body) < *radius_mm)
+            }
+            MetalShape::Surface(shape) => {
+                let sides = shape.surface().panels().iter().flat_map(|panel| {
+                    let [a, b, c] = panel.corners_mm().map(|p| other.tracker_from_body * p);
+                    [(a, b), (b, c), (c, a)]
+                });
+                sides.into_iter().any(|(from, to)| self.is_spanned(&from, &to))
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::body::MetalBody;
 use crate::boundary::BoundaryShape;
+use crate::boundary::rings::ring;
 use crate::material::Material;
 use crate::shapes::{cuboid, cylinder, sphere};
 use crate::sphere::SphereResponse;
@@ -381,4 +382,63 @@ fn fields_at_any_skin_depth_are_within_a_percent() {
         let errors = meshed_errors(&mesh, material, frequency_hz, [60.0, 5.0]);
         assert!(errors[0] < 0.01 && errors[1] < 0.05, "{frequency_hz} {errors:?}");
     }
+}
+
+#[test]
+fn rings_beside_each_other_answer_as_one_body() {
+    let copper = Material::named("copper").unwrap();
+    let [lower, upper] = [-20.0, 20.0].map(|z_mm| {
+        let mut mesh = ring([40.0, 60.0, 12.0], 14, [2, 1]);
+        mesh.parts[0].positions_mm.iter_mut().for_each(|p| p.z += z_mm);
+        mesh
+    });
+    let mut joined = lower.clone();
+    joined.parts.extend(upper.parts.clone());
+    let [lower, upper, joined] = [lower, upper, joined].map(|mesh| {
+        let body = MetalBody::new(shape(&mesh), copper, 1e4, &task()).unwrap();
+        placed(&Arc::new(body), at([30.0, 20.0, -150.0], [0.3, -0.2, 0.0]))
+    });
+    let alone = room(vec![lower.clone()]);
+    let (apart, joined) = (room(vec![lower, upper]), room(vec![joined]));
+    for p in [[20.0, 30.0, -250.0], [40.0, 10.0, -150.0]].map(Point3::from) {
+        let [alone, apart, joined] = [&alone, &apart, &joined].map(|room| fields(room, &p));
+        let off = difference(&apart, &joined);
+        assert!(off < 0.01 && difference(&alone, &joined) > 0.1, "{p} {off}");
+    }
+}
+
+#[test]
+fn nothing_may_be_in_a_hole() {
+    let conductor = |mesh: &SurfaceMesh| conductor(shape(mesh));
+    let still = |p: [f64; 3]| at(p, [0.0; 3]);
+    let around = conductor(&ring([40.0, 60.0, 10.0], 14, [1, 1]));
+    let rod = conductor(&cylinder(5.0, 60.0, 60).unwrap());
+    let error = |bodies: Vec<PlacedBody>| {
+        MetalRoom::new(Generator::planar_nine(), None, bodies, &task()).unwrap_err()
+    };
+    let through =
+        vec![placed(&rod, still([0.0, 0.0, -200.0])), placed(&around, still([0.0, 0.0, -200.0]))];
+    assert_eq!(error(through), RoomError::BodyInHole { body: 1, other: 0 });
+    let ball = Arc::new(
+        MetalBody::new(
+            MetalShape::Sphere { radius_mm: 9.0 },
+            Material::new(1e9, 1.0).unwrap(),
+            FAST_HZ,
+            &task(),
+        )
+        .unwrap(),
+    );
+    let with_ball =
+        vec![placed(&around, still([0.0, 0.0, -200.0])), placed(&ball, still([0.0, 5.0, -203.0]))];
+    assert_eq!(error(with_ball), RoomError::BodyInHole { body: 0, other: 1 });
+    // A square loop of 70 mm whose sides go up through the ring, one by one.
+    let coils = (0..6).map(|k| Coil::SquareLoop {
+        center_mm: Point3::new(35.0 + 200.0 * f64::from(k), 0.0, 0.0),
+        normal: Vector3::y_axis(),
+        side_mm: 70.0,
+    });
+    let generator = Generator { name: "upright".to_owned(), coils: coils.collect() };
+    let bodies = vec![placed(&around, still([0.0, 0.0, -10.0]))];
+    let error = MetalRoom::new(generator, None, bodies, &task()).unwrap_err();
+    assert_eq!(error, RoomError::CoilInHole { body: 0, coil: 0 });
 }

@@ -27,19 +27,6 @@ pub fn metal_lines(report: &FurnishReport) -> Vec<String> {
     lines
 }
 
-/// What has to be known of objects of whose response a part is left out.
-pub fn estimated_metal(report: &FurnishReport) -> Vec<String> {
-    let estimated = report.objects.iter().filter(|object| object.model.is_estimate());
-    let words = |object: &ObjectReport| {
-        format!(
-            "{}: {}; with those it disturbs more, which no interval includes",
-            object.name,
-            model_words(&object.model)
-        )
-    };
-    estimated.map(words).collect()
-}
-
 fn object_line(object: &ObjectReport) -> String {
     let triangles = match (object.triangles, object.coarsened_from) {
         (0, _) => String::new(),
@@ -59,13 +46,9 @@ pub fn model_words(model: &ResponseModel) -> String {
         ResponseModel::Permeable { relative_permeability } => {
             format!("permeable, no currents, µ {relative_permeability}")
         }
-        ResponseModel::Conductor { skin_depth_mm, holes: 0 } => {
+        ResponseModel::Conductor { skin_depth_mm } => {
             format!("its currents, at a skin depth of {skin_depth_mm:.2} mm")
         }
-        ResponseModel::Conductor { skin_depth_mm, holes } => format!(
-            "its currents, at a skin depth of {skin_depth_mm:.2} mm, but for those around its {}",
-            if *holes == 1 { "hole".to_owned() } else { format!("{holes} holes") }
-        ),
     }
 }
 
@@ -95,16 +78,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_out_is_named() {
-        let object = |holes| ObjectReport {
+    fn an_object_has_its_triangles_and_its_skin_depth() {
+        let object = ObjectReport {
             name: "table".to_owned(),
             triangles: 1000,
             coarsened_from: Some(23_456),
-            model: ResponseModel::Conductor { skin_depth_mm: 4.25, holes },
+            model: ResponseModel::Conductor { skin_depth_mm: 4.25 },
         };
         let solved = "table: 1,000 of 23,456 triangles, its currents, at a skin depth of 4.25 mm";
-        assert_eq!(object_line(&object(0)), solved);
-        assert_eq!(object_line(&object(1)), format!("{solved}, but for those around its hole"));
-        assert!(object(2).model.is_estimate() && !object(0).model.is_estimate());
+        assert_eq!(object_line(&object), solved);
     }
 }

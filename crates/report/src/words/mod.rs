@@ -9,7 +9,7 @@ mod metal;
 mod plain;
 mod worst;
 
-pub use metal::{estimated_metal, metal_lines, model_words};
+pub use metal::{metal_lines, model_words};
 use plain::{Part, percent};
 pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};

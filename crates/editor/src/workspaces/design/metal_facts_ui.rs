@@ -75,11 +75,7 @@ pub fn metal_facts_ui(ui: &mut Ui, facts: &MetalFacts) {
     if !facts.is_sphere {
         quiet_ui(ui, triangles_words(report));
     }
-    let words = capitalised(&model_words(&report.model));
-    match report.model.is_estimate() {
-        true => drop(warning_ui(ui, &words)),
-        false => drop(quiet_ui(ui, words)),
-    }
+    quiet_ui(ui, capitalised(&model_words(&report.model)));
     if facts.is_added_to_errors {
         quiet_ui(
             ui,
