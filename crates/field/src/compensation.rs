@@ -61,6 +61,8 @@ impl Method {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compensated {
     pub pose: Option<Pose>,
+    /// Other poses that read the same, where no more than two were found.
+    pub others: [Option<Pose>; 2],
     pub state: InverseState,
     /// Whether the position that the map was evaluated at lies in the model's box.
     pub is_inside: bool,
@@ -115,7 +117,12 @@ impl<'a> Compensator<'a> {
         let found = inverse.undistort(measured, task)?;
         Ok(found
             .into_iter()
-            .map(|u| Compensated { pose: u.pose, state: u.state, is_inside: u.is_inside })
+            .map(|u| Compensated {
+                pose: u.pose,
+                others: u.others,
+                state: u.state,
+                is_inside: u.is_inside,
+            })
             .collect())
     }
 }
@@ -128,11 +135,13 @@ fn correct_all(
     task: &Task,
 ) -> Result<Vec<Compensated>, Cancelled> {
     let all = measured.len();
-    let mut corrected =
-        vec![
-            Compensated { pose: None, state: InverseState::NotConverged, is_inside: false };
-            measured.len()
-        ];
+    let none = Compensated {
+        pose: None,
+        others: [None; 2],
+        state: InverseState::NotConverged,
+        is_inside: false,
+    };
+    let mut corrected = vec![none; measured.len()];
     corrected.par_chunks_mut(CHUNK).zip(measured.par_chunks(CHUNK)).enumerate().try_for_each_init(
         || (Batch::default(), Vec::new()),
         |(batch, evaluations), (index, (corrected, measured))| {
@@ -164,7 +173,8 @@ fn corrected_by(
         (true, false, OutsidePolicy::Reject) => InverseState::Rejected,
         (true, ..) => InverseState::Converged,
     };
-    Compensated { pose: (state == InverseState::Converged).then_some(pose), state, is_inside }
+    let pose = (state == InverseState::Converged).then_some(pose);
+    Compensated { pose, others: [None; 2], state, is_inside }
 }
 
 /// What became of a table.

@@ -98,9 +98,15 @@ impl<'a> BodyCompensator<'a> {
         if let Some(state) = against(sensors, &readings) {
             return refused(state, is_inside);
         }
-        match self.second_pose(measured, &pose, &mut buffers) {
-            Some(second) => refused(InverseState::Ambiguous(second), is_inside),
-            None => found(pose, is_inside),
+        let others = self.other_poses(measured, &pose, &mut buffers);
+        let Some(second) = others.first() else { return found(pose, is_inside) };
+        let (distance_mm, angle_rad) = self.apart(second, &pose);
+        let ambiguity = Ambiguity::SecondPreimage { distance_mm, angle_rad };
+        let known = if others.len() <= 2 { &others[..] } else { &[] };
+        Compensated {
+            others: [0, 1].map(|k| known.get(k).copied()),
+            state: InverseState::Ambiguous(ambiguity),
+            ..found(pose, is_inside)
         }
     }
 
@@ -130,33 +136,36 @@ impl<'a> BodyCompensator<'a> {
         Err(pose)
     }
 
-    /// Whether searches that begin on the other sides of the measured pose end elsewhere.
-    fn second_pose(
-        &self,
-        measured: &Pose,
-        pose: &Pose,
-        buffers: &mut TrackBuffers,
-    ) -> Option<Ambiguity> {
+    /// Where searches that begin on the other sides of the measured pose end elsewhere.
+    fn other_poses(&self, measured: &Pose, pose: &Pose, buffers: &mut TrackBuffers) -> Vec<Pose> {
         let centre = self.fitter.centroid_in_body();
-        let correction_mm = (measured * centre - pose * centre).norm();
-        let correction_rad = measured.rotation.angle_to(&pose.rotation);
+        let (correction_mm, correction_rad) = self.apart(measured, pose);
+        let mut others: Vec<Pose> = Vec::new();
         for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
             for sign in [-2.0, 2.0] {
                 let turn = UnitQuaternion::new(axis * (sign * correction_rad));
                 let rotation = turn * measured.rotation;
                 let at_mm = measured * centre + axis * (sign * correction_mm);
                 let start = pose_from_parts((at_mm - rotation * centre.coords).coords, rotation);
-                let Ok(second) = self.pose_read_as(measured, start, buffers) else {
+                let Ok(found) = self.pose_read_as(measured, start, buffers) else {
                     continue;
                 };
-                let distance_mm = (second * centre - pose * centre).norm();
-                let angle_rad = second.rotation.angle_to(&pose.rotation);
-                if distance_mm > SAME_MM || angle_rad > SAME_RAD {
-                    return Some(Ambiguity::SecondPreimage { distance_mm, angle_rad });
+                let is_other = |known: &Pose| {
+                    let (mm, rad) = self.apart(&found, known);
+                    mm > SAME_MM || rad > SAME_RAD
+                };
+                if is_other(pose) && others.iter().all(is_other) {
+                    others.push(found);
                 }
             }
         }
-        None
+        others
+    }
+
+    /// Distance of the sensors' middles, mm, and angle in radians.
+    fn apart(&self, a: &Pose, b: &Pose) -> (f64, f64) {
+        let centre = self.fitter.centroid_in_body();
+        ((a * centre - b * centre).norm(), a.rotation.angle_to(&b.rotation))
     }
 
     fn correct(&self, measured: &Pose, sensors: &Compensator<'_>) -> Compensated {
@@ -197,9 +206,9 @@ fn is_certain(found: &Compensated) -> bool {
 }
 
 fn found(pose: Pose, is_inside: bool) -> Compensated {
-    Compensated { pose: Some(pose), state: InverseState::Converged, is_inside }
+    Compensated { pose: Some(pose), others: [None; 2], state: InverseState::Converged, is_inside }
 }
 
 fn refused(state: InverseState, is_inside: bool) -> Compensated {
-    Compensated { pose: None, state, is_inside }
+    Compensated { pose: None, others: [None; 2], state, is_inside }
 }

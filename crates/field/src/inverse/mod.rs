@@ -45,6 +45,8 @@ const SEARCHED_CHUNK: usize = 32;
 pub struct Undistorted {
     /// The answer, where there is one: converged or ambiguous.
     pub pose: Option<Pose>,
+    /// Other poses that read the same, where no more than two were found.
+    pub others: [Option<Pose>; 2],
     pub state: InverseState,
     /// Evaluations of the field.
     pub evaluations: usize,
@@ -255,6 +257,7 @@ impl<'a> Inverse<'a> {
         };
         Undistorted {
             pose: state.has_answer().then(|| answer(measured, &stepped.place, &stepped.error)),
+            others: [None; 2],
             state,
             evaluations: stepped.evaluations,
             residual_mm: stepped.residual_mm,
@@ -305,8 +308,14 @@ impl<'a> Inverse<'a> {
     ) -> Undistorted {
         let found = search.best(place).or(search.answers.first()).unwrap_or(&search.first);
         let state = self.judged(search, found, possible);
+        let pose = |found: &Found| answer(measured, &found.place, &found.there.at.error);
         Undistorted {
-            pose: state.has_answer().then(|| answer(measured, &found.place, &found.there.at.error)),
+            pose: state.has_answer().then(|| pose(found)),
+            others: if state.has_answer() {
+                search.two_others(found).map(|of| of.map(pose))
+            } else {
+                [None; 2]
+            },
             state,
             evaluations: search.evaluations,
             residual_mm: found.remainder.length_mm(),
@@ -332,8 +341,7 @@ impl<'a> Inverse<'a> {
         if self.is_left_out(found.there.at.is_inside) {
             return InverseState::Rejected;
         }
-        let other = search.answers.iter().find(|other| other.place != found.place);
-        if let Some(other) = other {
+        if let Some(other) = search.others(found).next() {
             let [distance_mm, angle_rad] = search::apart(&found.place, &other.place);
             return InverseState::Ambiguous(Ambiguity::SecondPreimage { distance_mm, angle_rad });
         }
@@ -392,6 +400,7 @@ impl Undistorted {
     /// What a reading that is no number gets.
     const NOTHING: Self = Self {
         pose: None,
+        others: [None; 2],
         state: InverseState::NotConverged,
         evaluations: 0,
         residual_mm: f64::NAN,

@@ -31,7 +31,7 @@ pub(super) struct Search {
 
 impl Search {
     /// Searches from a start, and, unless there can be one answer only, from wherever else one
-    /// can be, until a second one turns up.
+    /// can be, until a fourth one turns up.
     pub fn run(
         newton: &Newton,
         possible: &Possible,
@@ -49,7 +49,7 @@ impl Search {
             false => starts(newton, possible, &reading.place, &search.first.place),
         };
         for start in others {
-            if search.answers.len() > 1 && search.best(&reading.place).is_some() {
+            if search.answers.len() > 3 && search.best(&reading.place).is_some() {
                 break;
             }
             let mut found = newton.solve(reading, start, tolerance);
@@ -69,6 +69,20 @@ impl Search {
         let distance = |f: &&Found| (f.place.position_mm - reading.position_mm).norm();
         let regular = self.answers.iter().filter(|f| f.is_regular());
         regular.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// Other answers than one.
+    pub fn others(&self, found: &Found) -> impl Iterator<Item = &Found> {
+        self.answers.iter().filter(|other| other.place != found.place)
+    }
+
+    /// All others; nothing where there may be more.
+    pub fn two_others(&self, found: &Found) -> [Option<&Found>; 2] {
+        let mut others = self.others(found);
+        match [others.next(), others.next(), others.next()] {
+            [one, other, None] => [one, other],
+            _ => [None; 2],
+        }
     }
 
     fn see(&mut self, newton: &Newton, found: Found) {

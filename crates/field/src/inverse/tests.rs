@@ -228,6 +228,11 @@ fn folded_readings_are_flagged_and_no_others() {
         let is_second =
             matches!(found.state, InverseState::Ambiguous(Ambiguity::SecondPreimage { .. }));
         assert_eq!(is_second, is_folded, "x = {x}: {found:?}");
+        // All three are known.
+        for other in found.others.into_iter().map(|other| other.filter(|_| is_second)) {
+            let back = other.map(|other| folded(other.translation.vector.x).0);
+            assert!(back.map_or(!is_second, |back| (back - reading).abs() < 1e-6), "{x} {found:?}");
+        }
         // A search that crosses the fold on its way to the only answer reports it.
         let is_on_the_way =
             matches!(found.state, InverseState::Ambiguous(Ambiguity::FoldOnTheWay { .. }));

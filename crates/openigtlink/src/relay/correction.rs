@@ -2,10 +2,12 @@
 //! were a sensor.
 
 use super::counts::Reason;
+use super::motion::Motion;
 use crate::roles::{Assigned, BodyNames, roles};
 use nalgebra::{Point3, UnitQuaternion};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::Instant;
 use trackwright_design::BodyRole;
 use trackwright_field::compensation::{Compensated, Compensator, Method};
 use trackwright_field::inverse::InverseState;
@@ -68,6 +70,15 @@ pub struct Correction<'a> {
     received: BTreeSet<String>,
     /// Which tool is which body.
     found: BTreeMap<String, BodyRole>,
+    motion: Motion,
+}
+
+/// A corrected pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corrected {
+    pub pose: Pose,
+    /// Whether another one reads the same, to which the tool cannot have come since it was last seen.
+    pub is_followed: bool,
 }
 
 impl<'a> Correction<'a> {
@@ -101,6 +112,7 @@ impl<'a> Correction<'a> {
             assigned: design.map(|d| d.assigned.clone()).unwrap_or_default(),
             received: BTreeSet::new(),
             found: BTreeMap::new(),
+            motion: Motion::default(),
         }
     }
 
@@ -109,8 +121,12 @@ impl<'a> Correction<'a> {
         self.found.get(tool).copied()
     }
 
-    /// The poses of tools by name, each corrected or refused.
-    pub fn correct(&mut self, readings: &[(&str, Pose)]) -> Vec<Result<Pose, Reason>> {
+    /// The poses of tools by name, each corrected or refused, of readings that arrived at a moment.
+    pub fn correct(
+        &mut self,
+        readings: &[(&str, Pose)],
+        at: Instant,
+    ) -> Vec<Result<Corrected, Reason>> {
         for (tool, _) in readings {
             self.add_tool(tool);
         }
@@ -122,12 +138,31 @@ impl<'a> Correction<'a> {
         // Nobody has the means to cancel it.
         let as_sensors = self.sensors.compensate(&alone, &Task::default());
         let mut as_sensors = as_sensors.unwrap_or_default().into_iter();
-        (readings.iter())
+        let found: Vec<Option<Compensated>> = (readings.iter())
             .map(|(tool, measured)| match body_of(tool) {
-                Some((body, _)) => certain(&body.compensate(measured, &self.sensors)),
-                None => (as_sensors.next()).map_or(Err(Reason::NotConverged), |c| certain(&c)),
+                Some((body, _)) => Some(body.compensate(measured, &self.sensors)),
+                None => as_sensors.next(),
             })
+            .collect();
+        let each = readings.iter().zip(found);
+        each.map(|((tool, _), found)| self.followed(tool, &found.ok_or(Reason::NotConverged)?, at))
             .collect()
+    }
+
+    /// The pose of an answer that nothing speaks against, or that alone is near enough to the one before.
+    fn followed(
+        &mut self,
+        tool: &str,
+        found: &Compensated,
+        at: Instant,
+    ) -> Result<Corrected, Reason> {
+        let only = match found.state {
+            InverseState::Ambiguous(_) => self.motion.only(tool, found, at),
+            _ => None,
+        };
+        let pose = only.map_or_else(|| certain(found), Ok)?;
+        self.motion.saw(tool, &pose, at);
+        Ok(Corrected { pose, is_followed: only.is_some() })
     }
 
     /// What is known of a tool's pose, as it was measured and as it was corrected.

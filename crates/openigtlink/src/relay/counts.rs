@@ -98,6 +98,8 @@ pub struct RelayCounts {
     /// Samples of tools in them; a message of tracking data has several.
     pub poses: u64,
     pub sent: u64,
+    /// Of those sent: ambiguous ones, of which the tool can have come to one pose only.
+    pub followed: u64,
     pub dropped: BTreeMap<Reason, u64>,
     /// How often a tool's clock was taken to have been set.
     pub clock_jumps: u64,

@@ -11,11 +11,12 @@ mod correction;
 mod counts;
 pub mod described;
 mod incoming;
+mod motion;
 #[cfg(test)]
 mod tests;
 mod tool;
 
-pub use correction::{Correction, LiveDesign, LiveRoom};
+pub use correction::{Corrected, Correction, LiveDesign, LiveRoom};
 pub use counts::{Reason, RelayCounts, ToolState};
 pub use tool::{ClockChange, ToolClock};
 
@@ -157,7 +158,7 @@ impl<'a> Relay<'a> {
                 Err(reason) => self.drop_sample(&sample.tool, reason, at, out),
             }
         }
-        let compensated = self.compensate(&readings);
+        let compensated = self.compensate(&readings, at);
         for ((sample, reading), found) in readings.into_iter().zip(compensated) {
             match found {
                 Ok(pose) => self.send(sample, (reading, pose), message, at, out),
@@ -235,14 +236,23 @@ impl<'a> Relay<'a> {
         Ok(*pose)
     }
 
-    fn compensate(&mut self, readings: &[(Incoming, Pose)]) -> Vec<Result<Pose, Reason>> {
+    fn compensate(
+        &mut self,
+        readings: &[(Incoming, Pose)],
+        at: Instant,
+    ) -> Vec<Result<Pose, Reason>> {
         match &mut self.correction {
             None => readings.iter().map(|(_, pose)| Ok(*pose)).collect(),
             Some(_) if readings.is_empty() => Vec::new(),
             Some(correction) => {
                 let named: Vec<_> =
                     (readings.iter()).map(|(sample, pose)| (sample.tool.as_str(), *pose)).collect();
-                correction.correct(&named)
+                let found = correction.correct(&named, at);
+                let is_followed = |found: &&Result<Corrected, Reason>| {
+                    matches!(found, Ok(Corrected { is_followed: true, .. }))
+                };
+                self.counts.followed += found.iter().filter(is_followed).count() as u64;
+                found.into_iter().map(|found| Ok(found?.pose)).collect()
             }
         }
     }

@@ -31,6 +31,7 @@ impl SessionState {
             counted("messages", "messages", counts.messages),
             counted("poses", "poses", counts.poses),
             counted("sent", "sent on", counts.sent),
+            counted("followed", "of these ambiguous, known by their motion", counts.followed),
             data("dropped", BTreeMap::<String, u64>::new()),
         ])
         .with_all(dropped)
