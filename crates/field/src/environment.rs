@@ -1,5 +1,6 @@
 //! A characterised room: its distortion model, where it may be used, and where it came from.
 
+use super::computed::PoseErrors;
 use super::field_point::FieldPoint;
 use super::fit::{FitMethod, Residuals};
 use super::gaussian::{GaussianField, Trend};
@@ -39,13 +40,49 @@ pub struct ComputedMetal {
     /// Standard deviation of the logarithm of the size of all errors of the metal: what is not known of
     /// its material.
     pub material_std: f64,
+    /// Another solution; without one the parts of all poses are off by themselves.
+    pub other: Option<OtherSolution>,
     /// Standard deviation of what the solution is off by at one pose, as a part of the metal's error there.
     pub solution_std: f64,
     /// Likewise of what the evaluation is off by, mm.
     pub position_std_mm: f64,
 }
 
+/// The errors of the whole room by another solution of its metal. What it differs by, so many times, is one standard
+/// deviation of what the first one is off by, at all poses alike.
+#[derive(Clone, Debug)]
+pub struct OtherSolution {
+    pub errors: Arc<dyn PoseErrors>,
+    pub times: f64,
+}
+
+impl PartialEq for OtherSolution {
+    /// What is computed is the same where it is the same computation.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.errors, &other.errors) && self.times == other.times
+    }
+}
+
 impl ComputedMetal {
+    /// What another solution changes of the errors of the whole room at some poses; nothing where it has no reading.
+    pub fn solution_errors(&self, wholes: &[PoseError], at: &[FieldPoint]) -> Vec<PoseError> {
+        let mut found = vec![PoseError::of_values([0.0; 6]); wholes.len()];
+        let Some(other) = &self.other else { return found };
+        let bounds = self.bare.bounds();
+        let positions: Vec<_> = at.iter().map(|at| bounds.clamp(&at.position_mm)).collect();
+        let axes: Vec<_> = at.iter().map(|at| at.axis).collect();
+        let mut read = vec![None; wholes.len()];
+        other.errors.axis_errors(&positions, &axes, &mut read);
+        for ((found, whole), read) in found.iter_mut().zip(wholes).zip(read) {
+            let Some(read) = read.map(PoseError::of_values) else { continue };
+            *found = PoseError {
+                position_mm: (read.position_mm - whole.position_mm) * other.times,
+                rotation_rad: (read.rotation_rad - whole.rotation_rad) * other.times,
+            };
+        }
+        found
+    }
+
     /// The metal's part of an error of the whole room.
     pub fn part(&self, whole: &PoseError, at: &FieldPoint) -> PoseError {
         let bare = self.bare.evaluate(&at.position_mm, &at.axis, OutsidePolicy::Clamp).error;

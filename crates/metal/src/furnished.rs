@@ -16,6 +16,7 @@ use crate::uncertainty::computed;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
 use trackwright_field::computed::{DisturbedCoils, FieldSource, MadeOfCoils, PoseErrors};
+use trackwright_field::environment::OtherSolution;
 use trackwright_field::evaluation::Coefficient;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::HarmonicModel;
@@ -245,10 +246,20 @@ impl Furnisher {
             _ => None,
         };
         let is_added_to_errors = of_same_coils.is_none() && !bare.model.is_zero();
-        let direct = DirectErrors { room: Arc::clone(&room), beside: of_same_coils };
+        let direct = |room| DirectErrors { room, beside: of_same_coils.clone() };
+        let added = |metal: Arc<dyn PoseErrors>| -> Arc<dyn PoseErrors> {
+            match is_added_to_errors {
+                true => Arc::new(AddedErrors { measured: bare.model.clone(), metal }),
+                false => metal,
+            }
+        };
+        let own_std = solution_error.own_std();
+        let other = solution_error
+            .other
+            .map(|(room, times)| OtherSolution { errors: added(Arc::new(direct(room))), times });
         let bounds = bare.model.bounds();
         let sampling = self.sampling(&bounds.size_mm());
-        let cells = Arc::new(Cells::new(Arc::new(direct), sampling, *bounds));
+        let cells = Arc::new(Cells::new(Arc::new(direct(Arc::clone(&room))), sampling, *bounds));
         let whole = cells.whole();
         let evaluation = match &whole {
             Some(model) => MetalEvaluation::Harmonic { degree: model.degree() },
@@ -261,10 +272,7 @@ impl Furnisher {
                     Some(model) => model,
                     None => cells,
                 };
-                FieldSource::Simulated(match is_added_to_errors {
-                    true => Arc::new(AddedErrors { measured: bare.model.clone(), metal: errors }),
-                    false => errors,
-                })
+                FieldSource::Simulated(added(errors))
             }
         };
         let report = FurnishReport {
@@ -272,11 +280,11 @@ impl Furnisher {
             objects,
             exchange: room.exchange(),
             is_added_to_errors,
-            solution_error,
+            solution_error: solution_error.part,
         };
         let environment = Environment {
             model: DistortionModel::of_source(source, MapKind::Distortion, *bounds),
-            metal: Some(computed(&bare.model, material_std, solution_error)),
+            metal: Some(computed(&bare.model, material_std, other, own_std)),
             ..Environment::clone(bare)
         };
         Ok(Furnished { environment: Arc::new(environment), room: Some(room), report })

@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::setup::MaterialTolerance;
 use nalgebra::Matrix3;
 use trackwright_field::DistortionModel;
-use trackwright_field::environment::ComputedMetal;
+use trackwright_field::environment::{ComputedMetal, OtherSolution};
 use trackwright_task::Task;
 
 /// A response whose part in phase is nearly none, between that of a magnetic body and that of a conductor,
@@ -18,9 +18,11 @@ const MOST: f64 = 1.0;
 pub(crate) fn computed(
     bare: &DistortionModel,
     material_std: f64,
+    other: Option<OtherSolution>,
     solution_std: f64,
 ) -> ComputedMetal {
-    ComputedMetal { bare: bare.clone(), material_std, solution_std, position_std_mm: TOLERANCE_MM }
+    let bare = bare.clone();
+    ComputedMetal { bare, material_std, other, solution_std, position_std_mm: TOLERANCE_MM }
 }
 
 /// How much a body's response in phase changes with one standard deviation of its material, as a part of it:

@@ -9,84 +9,46 @@ use trackwright_geometry::mesh::SurfaceMesh;
 
 const TRIANGLES: [usize; 5] = [100, 200, 400, 800, 1000];
 
-/// A body of about so many triangles, the skin depth and the permeability of its material, and its moment along z in
-/// mm³ as known from elsewhere.
-struct Case {
-    name: &'static str,
-    mesh: fn(usize) -> SurfaceMesh,
-    depth_mm: f64,
-    mu: f64,
-    known_mm3: Option<f64>,
+/// A body of about so many triangles, the skin depth in mm and the permeability of its material, and its moment along
+/// z in 10⁵ mm³ by others: a sheet of bars of current (Hoer and Love, J. Research NBS 69C, 1965), and coupled rings.
+type Case = (&'static str, fn(usize) -> SurfaceMesh, [f64; 2], Option<f64>);
+
+fn disc(size_mm: [f64; 2], triangles: usize) -> SurfaceMesh {
+    cylinder(0.5 * size_mm[0], size_mm[1], triangles).unwrap()
 }
 
-fn plate(triangles: usize) -> SurfaceMesh {
-    cuboid(&Vector3::new(200.0, 200.0, 1.0), triangles).unwrap()
+fn block(size_mm: [f64; 3], triangles: usize) -> SurfaceMesh {
+    cuboid(&Vector3::from(size_mm), triangles).unwrap()
 }
 
-fn cases() -> Vec<Case> {
-    let case = |name, mesh: fn(usize) -> SurfaceMesh, depth_mm, mu, known_mm3| Case {
-        name,
-        mesh,
-        depth_mm,
-        mu,
-        known_mm3,
-    };
-    // Steel 304, aluminium, titanium and steel 416 at 10 kHz.
-    vec![
-        // A sheet of bars of current (Hoer and Love, J. Research NBS 69C, 1965).
-        case("plate of steel 304, 200 by 200 by 1 mm", plate, 4.267, 1.008, Some(-24.375e5)),
-        case(
-            "disc of steel 304, 200 by 20 mm",
-            |n| cylinder(100.0, 20.0, n).unwrap(),
-            4.267,
-            1.008,
-            Some(-33.04e5),
-        ),
-        case(
-            "disc of bronze, 200 by 1 mm, 13 kHz",
-            |n| cylinder(100.0, 1.0, n).unwrap(),
-            1.5,
-            1.0,
-            None,
-        ),
-        case(
-            "block of steel 304, 60 by 50 by 40 mm",
-            |n| cuboid(&Vector3::new(60.0, 50.0, 40.0), n).unwrap(),
-            4.267,
-            1.008,
-            None,
-        ),
-        case(
-            "rod of titanium, 20 by 100 mm",
-            |n| cylinder(10.0, 100.0, n).unwrap(),
-            6.71,
-            1.0,
-            None,
-        ),
-        case(
-            "rod of steel 416, 10 by 100 mm",
-            |n| cylinder(5.0, 100.0, n).unwrap(),
-            0.14,
-            700.0,
-            None,
-        ),
-    ]
-}
+/// Steel 304, titanium and steel 416 at 10 kHz, bronze at 13 kHz.
+const CASES: [Case; 6] = [
+    (
+        "plate, steel 304, 200 by 200 by 1 mm",
+        |n| block([200.0, 200.0, 1.0], n),
+        [4.267, 1.0],
+        Some(-24.375),
+    ),
+    ("disc, steel 304, 200 by 20 mm", |n| disc([200.0, 20.0], n), [4.267, 1.0], Some(-33.04)),
+    ("disc, bronze, 200 by 1 mm", |n| disc([200.0, 1.0], n), [1.5, 1.0], Some(-25.975)),
+    ("block, steel 304, 60 by 50 by 40 mm", |n| block([60.0, 50.0, 40.0], n), [4.267, 1.0], None),
+    ("rod, titanium, 20 by 100 mm", |n| disc([20.0, 100.0], n), [6.71, 1.0], None),
+    ("rod, steel 416, 10 by 100 mm", |n| disc([10.0, 100.0], n), [0.14, 700.0], None),
+];
 
 /// A table in the file `PAGE`: moments along z in 10⁵ mm³, and times of a shape and a material in s.
 #[test]
 #[ignore = "minutes; writes the table of the documentation"]
 fn page_convergence() {
     let mut page = String::new();
-    for case in cases() {
-        page += &format!("| {} |", case.name);
+    for (name, mesh, [depth_mm, mu], known) in CASES {
+        page += &format!("| {name} | {known:?} |");
         for triangles in TRIANGLES {
             let start = Instant::now();
-            let shape = shape(&(case.mesh)(triangles));
+            let shape = shape(&mesh(triangles));
             let of_shape = start.elapsed().as_secs_f64();
             let start = Instant::now();
-            let body =
-                BoundaryBody::new(Arc::clone(&shape), case.depth_mm, case.mu, &Task::default());
+            let body = BoundaryBody::new(Arc::clone(&shape), depth_mm, mu, &Task::default());
             let of_body = start.elapsed().as_secs_f64();
             let [in_phase, lag] = body.unwrap().moments_mm3();
             page += &format!(
@@ -96,7 +58,7 @@ fn page_convergence() {
                 lag[(2, 2)] / 1e5,
             );
         }
-        page += &format!(" {:?}\n", case.known_mm3.map(|known| known / 1e5));
+        page.push('\n');
     }
     std::fs::write(std::env::var_os("PAGE").expect("a file of the name PAGE"), page).unwrap();
 }

@@ -20,19 +20,35 @@ const COMPARED: usize = 4;
 const LEAST_ERROR: f64 = 0.002;
 const UNKNOWN_ERROR: f64 = 0.05;
 
+/// What a solved room is off by.
+pub(super) struct SolutionError {
+    /// As a part of the metal's field in the volume.
+    pub part: f64,
+    /// Another solution, and how many times what it changes the first one is off by.
+    pub other: Option<(Arc<MetalRoom>, f64)>,
+}
+
+impl SolutionError {
+    /// What is left at each pose by itself where another solution is known.
+    pub fn own_std(&self) -> f64 {
+        if self.other.is_some() { LEAST_ERROR } else { self.part }
+    }
+}
+
 impl Furnisher {
-    /// What half as many triangles change of the metal's field in the volume: the error falls with the square of
-    /// their size, so that as much is left of it. Of the fewest triangles there are, twice what twice as many change.
+    /// What half as many triangles change of the metal's field in the volume, and the room that is solved with them:
+    /// the error falls with the square of their size, so that as much is left of it. Of the fewest triangles there
+    /// are, twice what twice as many change.
     pub(super) fn solution_error(
         &mut self,
         room: &MetalRoom,
         bare: &Environment,
         metal: &RoomMetal,
         task: &Task,
-    ) -> Result<f64, FurnishError> {
+    ) -> Result<SolutionError, FurnishError> {
         let of_sphere = |object: &MetalObject| matches!(object.shape, ObjectShape::Sphere { .. });
         if metal.objects.iter().all(of_sphere) {
-            return Ok(LEAST_ERROR);
+            return Ok(SolutionError { part: LEAST_ERROR, other: None });
         }
         let has_fewest = |object: &MetalObject| object.most_triangles < 2 * MIN_TRIANGLES;
         let is_finer = metal.objects.iter().any(|object| !of_sphere(object) && has_fewest(object));
@@ -52,7 +68,7 @@ impl Furnisher {
             return if task.cancel.is_cancelled() {
                 Err(Cancelled.into())
             } else {
-                Ok(UNKNOWN_ERROR)
+                Ok(SolutionError { part: UNKNOWN_ERROR, other: None })
             };
         };
         let bounds = bare.model.bounds();
@@ -73,10 +89,11 @@ impl Furnisher {
                 whole += own.norm_squared();
             }
         }
-        self.last_second = Some(Arc::new(other));
-        let left = if is_finer { 2.0 } else { 1.0 };
-        let error = if whole > 0.0 { left * (changed / whole).sqrt() } else { 0.0 };
-        Ok(error.max(LEAST_ERROR))
+        let other = Arc::new(other);
+        self.last_second = Some(Arc::clone(&other));
+        let times = if is_finer { 2.0 } else { 1.0 };
+        let error = if whole > 0.0 { times * (changed / whole).sqrt() } else { 0.0 };
+        Ok(SolutionError { part: error.max(LEAST_ERROR), other: Some((other, times)) })
     }
 
     /// The largest of all objects, by few triangles: how much a response changes with the material settles long before

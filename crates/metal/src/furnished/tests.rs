@@ -1,8 +1,10 @@
 use super::*;
 use crate::setup::{DEFAULT_TRIANGLES, ObjectMaterial};
+use trackwright_field::FieldPoint;
 use trackwright_field::generator::Generator;
 use trackwright_field::inverse::{InverseState, undistort};
 use trackwright_field::random_models::{Seeded, random_model, room};
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
@@ -198,7 +200,16 @@ fn the_stated_error_is_that_of_the_triangles() {
     let places: Vec<Point3<f64>> =
         poses(ideal().model.bounds(), 60).into_iter().map(|(p, _)| p).collect();
     let fields = |furnished: &Furnished| furnished.room.as_ref().unwrap().disturbances(&places);
-    let fine = fields(&of(1200));
+    let at: Vec<FieldPoint> =
+        places.iter().map(|p| FieldPoint::of_pose(&Pose::translation(p.x, p.y, p.z))).collect();
+    let errors = |furnished: &Furnished| -> Vec<PoseError> {
+        let model = &furnished.environment.model;
+        at.iter()
+            .map(|at| model.evaluate(&at.position_mm, &at.axis, OutsidePolicy::Clamp).error)
+            .collect()
+    };
+    let finest = of(1200);
+    let (fine, fine_errors) = (fields(&finest), errors(&finest));
     for triangles in [48, 100, 200] {
         let found = of(triangles);
         let (mut wrong, mut whole) = (0.0, 0.0);
@@ -210,6 +221,18 @@ fn the_stated_error_is_that_of_the_triangles() {
         }
         let (stated, error) = (found.report.solution_error, f64::sqrt(wrong / whole));
         assert!((0.5..4.0).contains(&(stated / error)), "{triangles}: {stated} {error}");
+        // The same of what a tracker reads.
+        let own = errors(&found);
+        let metal = found.environment.metal.as_ref().unwrap();
+        let sum =
+            |errors: &[PoseError]| errors.iter().map(|e| e.position_mm.norm_squared()).sum::<f64>();
+        let off: f64 = own
+            .iter()
+            .zip(&fine_errors)
+            .map(|(a, b)| (a.position_mm - b.position_mm).norm_squared())
+            .sum();
+        let ratio = (sum(&metal.solution_errors(&own, &at)) / off).sqrt();
+        assert!((0.5..4.0).contains(&ratio), "{triangles}: {ratio}");
     }
 }
 

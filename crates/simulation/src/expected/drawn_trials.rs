@@ -105,7 +105,9 @@ impl<'a> DrawnTrials<'a> {
     ) -> DrawnFields {
         let metal = self.environment.metal.as_ref().map(|metal| {
             let each = self.points.iter().zip(&self.model_errors);
-            MetalDraws::new(metal, each.map(|(at, error)| metal.part(error, at)).collect(), count)
+            let parts = each.map(|(at, error)| metal.part(error, at)).collect();
+            let off = metal.solution_errors(&self.model_errors, &self.points);
+            MetalDraws::new(metal, parts, off, count)
         });
         DrawnFields { drawn, sensors: self.sensor_errors(count), metal, rows }
     }
@@ -220,23 +222,35 @@ fn side(draw: usize) -> f64 {
 struct MetalDraws {
     /// The metal's own errors at the points.
     parts: Vec<PoseError>,
-    /// What they are times in each field, less 1.
+    /// What another solution changes of them.
+    off: Vec<PoseError>,
+    /// What the errors are times in each field, less 1, and how much of what the other solution changes is in it.
     excess: Vec<f64>,
+    change: Vec<f64>,
     solution_std: f64,
     position_std_mm: f64,
 }
 
 impl MetalDraws {
-    fn new(metal: &ComputedMetal, parts: Vec<PoseError>, draws: usize) -> Self {
+    fn new(
+        metal: &ComputedMetal,
+        parts: Vec<PoseError>,
+        off: Vec<PoseError>,
+        draws: usize,
+    ) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(METAL_SEED);
         let std = metal.material_std;
-        let normals: Vec<f64> =
-            (0..draws.div_ceil(2)).map(|_| StandardNormal.sample(&mut random)).collect();
-        let excess = (0..draws)
-            .map(|draw| (std * side(draw) * normals[draw / 2] - 0.5 * std * std).exp_m1());
+        let mut pairs = || -> Vec<f64> {
+            let normals: Vec<f64> =
+                (0..draws.div_ceil(2)).map(|_| StandardNormal.sample(&mut random)).collect();
+            (0..draws).map(|draw| side(draw) * normals[draw / 2]).collect()
+        };
+        let excess = pairs().into_iter().map(|normal| (std * normal - 0.5 * std * std).exp_m1());
         Self {
             excess: excess.collect(),
+            change: pairs(),
             parts,
+            off,
             solution_std: metal.solution_std,
             position_std_mm: metal.position_std_mm,
         }
@@ -255,10 +269,10 @@ impl MetalDraws {
             side(draw) * normal
         };
         let by = self.excess[draw] + self.solution_std * normal();
-        let own = self.parts[point].values();
+        let (own, off) = (self.parts[point].values(), self.off[point].values());
         for (c, value) in values.iter_mut().enumerate() {
             let evaluation_mm = if c < 3 { self.position_std_mm * normal() } else { 0.0 };
-            *value += by * own[c] + evaluation_mm;
+            *value += by * own[c] + self.change[draw] * off[c] + evaluation_mm;
         }
     }
 }
