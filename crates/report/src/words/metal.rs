@@ -62,8 +62,8 @@ fn evaluation_line(evaluation: &MetalEvaluation) -> Option<String> {
             let counts = cells.counts();
             let poses = |count: u64| with_separators(count.try_into().unwrap_or(usize::MAX));
             Some(format!(
-                "{} poses by harmonic functions in {} cells, within {TOLERANCE_MM} mm; {} by the \
-                 metal's own field in {} cells near it",
+                "{} poses by harmonic functions in {} cells, within {TOLERANCE_MM} mm; {} in {} cells \
+                 with the field of what is near itself",
                 poses(counts.harmonic_poses),
                 counts.harmonic_cells,
                 poses(counts.direct_poses),
