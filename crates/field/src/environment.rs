@@ -8,10 +8,14 @@ use super::model::{DistortionModel, OutsidePolicy};
 use super::samples::PoseError;
 use super::validity::FitValidity;
 use nalgebra::Point3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use trackwright_geometry::limits::{angle_problem, length_above_zero_problem, length_problem};
 use trackwright_geometry::volume::Volume;
+
+/// Poses that a thread evaluates at a time.
+const PARTS: usize = 16;
 
 /// A room that designs are simulated in.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +76,11 @@ impl ComputedMetal {
         let positions: Vec<_> = at.iter().map(|at| bounds.clamp(&at.position_mm)).collect();
         let axes: Vec<_> = at.iter().map(|at| at.axis).collect();
         let mut read = vec![None; wholes.len()];
-        other.errors.axis_errors(&positions, &axes, &mut read);
+        // Near metal a reading takes up to a tenth of a millisecond.
+        let parts = positions.par_chunks(PARTS).zip(axes.par_chunks(PARTS));
+        parts.zip(read.par_chunks_mut(PARTS)).for_each(|((positions, axes), read)| {
+            other.errors.axis_errors(positions, axes, read);
+        });
         for ((found, whole), read) in found.iter_mut().zip(wholes).zip(read) {
             let Some(read) = read.map(PoseError::of_values) else { continue };
             *found = PoseError {

@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn curves_link_as_amperes_law_has_it() {
         let ring = circle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        // Through the ring upward on the inside, which is against the field of its current.
+        // Upward within the ring, as the field of its current is there.
         let around = circle([1.0, 0.0, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.5]);
         assert_eq!((ring.links(&around), around.links(&ring)), (1.0, 1.0));
         let beside = circle([4.0, 0.0, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.5]);
