@@ -323,12 +323,6 @@ impl MetalRoom {
         all.min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm))
     }
 
-    /// Distance of a point of the tracker frame from the nearest metal; 0 within it.
-    pub fn least_distance_mm(&self, p: &Point3<f64>) -> f64 {
-        let distances = (0..self.bodies.len()).map(|body| self.body_distance_mm(body, p));
-        distances.fold(f64::INFINITY, f64::min)
-    }
-
     /// Distance of a point of the tracker frame from a body's surface; 0 within it.
     ///
     /// # Panics
@@ -402,24 +396,21 @@ fn check_clearance(
     volume: Option<&Volume>,
 ) -> Result<(), RoomError> {
     let center = volume.map(|volume| volume.bounds().center_mm());
-    for (body, placed) in bodies.iter().enumerate() {
-        let is_cut = |wire: &Vec<Point3<f64>>| {
+    // The first coil that has a side which is somewhere.
+    let coil_with = |is_there: &dyn Fn(&Point3<f64>, &Point3<f64>) -> bool| {
+        wires_mm.iter().position(|wire| {
             let ends = wire.iter().zip(wire.iter().cycle().skip(1));
-            ends.into_iter().any(|(from, to)| placed.meets_segment(from, to))
-        };
-        if let Some(coil) = wires_mm.iter().position(is_cut) {
+            ends.into_iter().any(|(from, to)| is_there(from, to))
+        })
+    };
+    for (body, placed) in bodies.iter().enumerate() {
+        if let Some(coil) = coil_with(&|from, to| placed.meets_segment(from, to)) {
             return Err(RoomError::MetalCutsGenerator { body, coil });
         }
         if center.is_some_and(|center| placed.contains(&center)) {
             return Err(RoomError::MetalInVolumeCenter(body));
         }
-    }
-    for (body, placed) in bodies.iter().enumerate() {
-        let is_spanned = |wire: &Vec<Point3<f64>>| {
-            let ends = wire.iter().zip(wire.iter().cycle().skip(1));
-            ends.into_iter().any(|(from, to)| placed.is_spanned(from, to))
-        };
-        if let Some(coil) = wires_mm.iter().position(is_spanned) {
+        if let Some(coil) = coil_with(&|from, to| placed.is_spanned(from, to)) {
             return Err(RoomError::CoilInHole { body, coil });
         }
         let others = (0..bodies.len()).filter(|&other| other != body);
