@@ -80,8 +80,8 @@ impl Factors {
         Ok(Some(Self { size, blocks, rows }))
     }
 
-    /// `A⁻¹` times some columns.
-    pub fn solve(&self, right: &Mat<c64>) -> Mat<c64> {
+    /// `A⁻¹` times some columns, but for its rows before `from`.
+    pub fn solve(&self, right: &Mat<c64>, from: usize) -> Mat<c64> {
         let mut x = Mat::from_fn(self.size, right.ncols(), |i, j| right[(self.rows[i], j)]);
         for (k, block) in self.blocks.iter().enumerate() {
             let (first, width) = (k * BLOCK, block.ncols());
@@ -92,16 +92,20 @@ impl Factors {
             solve_unit_lower_triangular_in_place(corner, own.as_mut(), Par::Seq);
             matmul(below, Accum::Add, lower, own.as_ref(), -ONE, Par::Seq);
         }
-        for (k, block) in self.blocks.iter().enumerate().rev() {
+        // Blocks that hold none of the rows are left as they are.
+        let unused = from / BLOCK;
+        for (k, block) in self.blocks.iter().enumerate().skip(unused).rev() {
             let (first, width) = (k * BLOCK, block.ncols());
             let (above, rest) = x.as_mut().split_at_row_mut(first);
+            let (_, above) = above.split_at_row_mut(unused * BLOCK);
             let (mut own, _) = rest.split_at_row_mut(width);
             let (upper, rest) = block.as_ref().split_at_row(first);
+            let (_, upper) = upper.split_at_row(unused * BLOCK);
             let corner = rest.subrows(0, width);
             solve_upper_triangular_in_place(corner, own.as_mut(), Par::Seq);
             matmul(above, Accum::Add, upper, own.as_ref(), -ONE, Par::Seq);
         }
-        x
+        x.subrows(from, self.size - from).to_owned()
     }
 }
 
@@ -154,7 +158,9 @@ mod tests {
             let matrix = Mat::from_fn(size, size, entry);
             let right =
                 Mat::from_fn(size, 3, |i, j| c64::new((0.7 * i as f64 - j as f64).cos(), 0.0));
-            let found = factors.solve(&right);
+            let found = factors.solve(&right, 0);
+            let last = factors.solve(&right, size / 2);
+            assert!(last == found.as_ref().subrows(size / 2, size - size / 2));
             // Backward stable: a residual of round-off times matrix and solution.
             let bound = 1e-14 * size as f64 * matrix.norm_max() * found.norm_max();
             let residual = (&matrix * &found - &right).norm_max();

@@ -90,6 +90,11 @@ impl Panel {
         self.area_mm2
     }
 
+    /// Lengths of the edges from each corner to the next.
+    pub(crate) fn edges_mm(&self) -> &[f64; 3] {
+        &self.edges_mm
+    }
+
     /// Largest distance of a corner from the middle.
     pub fn radius_mm(&self) -> f64 {
         self.radius_mm

@@ -16,10 +16,6 @@ pub const MAX_TRIANGLES: usize = 20_000;
 /// Finest sphere: 81,920 triangles.
 const MAX_SUBDIVISIONS: u32 = 6;
 
-/// How much triangles shrink towards edges: 0 not at all, 1 as Chebyshev's points do. The induced dipole
-/// of a disc of 2 by 200 mm is nearest to that of many triangles from 0.7 to 0.95.
-const GRADING: f64 = 0.8;
-
 /// Fewest sides of a cylinder.
 const MIN_SIDES: usize = 12;
 
@@ -201,7 +197,7 @@ fn graded(at: usize, count: usize) -> f64 {
     if at == 0 || at == count {
         return even;
     }
-    (1.0 - GRADING) * even + GRADING * (0.5 * PI * even).sin()
+    (0.5 * PI * even).sin()
 }
 
 /// Position `at` of `count` along 0 to 1, nearer to each other towards 1.
@@ -210,7 +206,7 @@ fn rim_graded(at: usize, count: usize) -> f64 {
     if at == count {
         return 1.0;
     }
-    (1.0 - GRADING) * even + GRADING * (0.5 * PI * even).sin()
+    (0.5 * PI * even).sin()
 }
 
 /// Adds a grid of cells, two triangles each, that face along `u × v` where `is_forward`. Diagonals run

@@ -5,6 +5,10 @@
 //! sign beyond the edge (Rao, Wilton and Glisson, IEEE Trans. Antennas and Propagation 30(3), 1982). Fluxes through
 //! the edges of a tree that joins all triangles of a shell, loops about all its corners but one, and
 //! [cycles](super::cycles) where holes go through the body, are all there are.
+//!
+//! In a flat triangle a flux that enters through its surface flows along it too, by as much as the triangle is longer
+//! than high. Loops about edges, `n × ∇(4 λ_a λ_b)`, take that away: with those about the diagonal of a parallelogram
+//! it is as in a rectangle that none flows along.
 
 use super::cycles::{Cycles, Tree};
 use crate::panel::Panel;
@@ -12,14 +16,19 @@ use crate::surface::ClosedSurface;
 use nalgebra::Vector3;
 use std::collections::{HashMap, VecDeque};
 
+/// Loops are about the edges of triangles that are longer by this than twice their height.
+const FLAT: f64 = 1.01;
+
 /// The loops and fluxes of a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Functions {
     pub loops: usize,
+    pub edge_loops: usize,
     pub fluxes: usize,
     /// Of each triangle.
     pub loops_of: Vec<Vec<Loop>>,
-    pub fluxes_of: Vec<Vec<Flux>>,
+    pub edge_loops_of: Vec<Vec<Linear>>,
+    pub fluxes_of: Vec<Vec<Linear>>,
     /// Where holes go through the body.
     pub cycles: Cycles,
 }
@@ -33,14 +42,12 @@ pub(super) struct Loop {
     pub current: Vector3<f64>,
 }
 
-/// A flux in one of its two triangles.
+/// A flux, or a loop about an edge, in one of its two triangles.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Flux {
+pub(super) struct Linear {
     pub number: usize,
-    /// `±1/2A`.
-    pub by: f64,
-    /// The corner that it comes from.
-    pub from_mm: Vector3<f64>,
+    pub at_corners: [Vector3<f64>; 3],
+    pub divergence: f64,
 }
 
 impl Functions {
@@ -63,7 +70,18 @@ impl Functions {
         let (loops, loops_of) = loops(surface, &corners, numbers.len());
         let (fluxes, fluxes_of, tree) = fluxes(panels, &corners, &triangles_at);
         let cycles = Cycles::new(panels, &corners, &triangles_at, &tree);
-        Self { loops, fluxes, loops_of, fluxes_of, cycles }
+        let (edge_loops, edge_loops_of) = edge_loops(panels, &corners, &triangles_at);
+        Self { loops, edge_loops, fluxes, loops_of, edge_loops_of, fluxes_of, cycles }
+    }
+
+    /// Those of `m`: currents, loops about edges, fluxes.
+    pub fn count(&self) -> usize {
+        self.currents() + self.edge_loops + self.fluxes
+    }
+
+    /// Where fluxes begin in `m`.
+    pub fn first_flux(&self) -> usize {
+        self.currents() + self.edge_loops
     }
 
     /// Loops and cycles: currents without divergence, even on each triangle.
@@ -76,6 +94,16 @@ impl Functions {
         let loops = self.loops_of[triangle].iter().map(|of| (of.number, of.current));
         let cycles = self.cycles.currents_of[triangle].iter();
         loops.chain(cycles.map(|(number, current)| (self.loops + number, *current)))
+    }
+
+    /// Numbers in `m` of the loops about edges and the fluxes of a triangle.
+    pub fn linear_of(&self, triangle: usize) -> impl Iterator<Item = (usize, &Linear)> {
+        let (first_edge, first_flux) = (self.currents(), self.first_flux());
+        let edge_loops = self.edge_loops_of[triangle].iter();
+        let fluxes = self.fluxes_of[triangle].iter();
+        edge_loops
+            .map(move |of| (first_edge + of.number, of))
+            .chain(fluxes.map(move |of| (first_flux + of.number, of)))
     }
 }
 
@@ -102,10 +130,8 @@ fn loops(surface: &ClosedSurface, corners: &[[usize; 3]], count: usize) -> (usiz
         number[corner] = Some(next);
     }
     let of = |(own, panel): (&[usize; 3], &Panel)| {
-        let at = panel.corners_mm();
         let each = (0..3).filter_map(|corner| {
-            let along = at[(corner + 1) % 3] - at[(corner + 2) % 3];
-            let current = along / (2.0 * panel.area_mm2());
+            let current = along(panel, corner) / (2.0 * panel.area_mm2());
             Some(Loop { number: number[own[corner]]?, corner, current })
         });
         each.collect()
@@ -113,11 +139,53 @@ fn loops(surface: &ClosedSurface, corners: &[[usize; 3]], count: usize) -> (usiz
     (kept.len(), corners.iter().zip(surface.panels()).map(of).collect())
 }
 
+/// About edges that are the longest of both their triangles, where those are flatter than half a square. Edges but a
+/// fiftieth shorter than the longest count: the cells of a ring are trapezia.
+fn edge_loops(
+    panels: &[Panel],
+    corners: &[[usize; 3]],
+    triangles_at: &HashMap<[usize; 2], Vec<usize>>,
+) -> (usize, Vec<Vec<Linear>>) {
+    let mut edges_of: Vec<[usize; 2]> = triangles_at.keys().copied().collect();
+    edges_of.sort_unstable();
+    let mut loops_of = vec![Vec::new(); panels.len()];
+    let mut count = 0;
+    for edge in edges_of {
+        let both = &triangles_at[&edge];
+        let opposite = |t: usize| (0..3).find(|k| !edge.contains(&corners[t][*k])).unwrap_or(0);
+        let is_long = |t: usize| {
+            let lengths = panels[t].edges_mm();
+            let longest = lengths.iter().fold(0.0, |most: f64, length| most.max(*length));
+            let own = lengths[(opposite(t) + 1) % 3];
+            own > 0.98 * longest && FLAT * 2.0 * panels[t].area_mm2() < own * own
+        };
+        if !both.iter().all(|t| is_long(*t)) {
+            continue;
+        }
+        for &t in both {
+            let (panel, k) = (&panels[t], opposite(t));
+            let about = |corner: usize| along(panel, corner) * (4.0 / (2.0 * panel.area_mm2()));
+            let mut at_corners = [Vector3::zeros(); 3];
+            at_corners[(k + 1) % 3] = about((k + 2) % 3);
+            at_corners[(k + 2) % 3] = about((k + 1) % 3);
+            loops_of[t].push(Linear { number: count, at_corners, divergence: 0.0 });
+        }
+        count += 1;
+    }
+    (count, loops_of)
+}
+
+/// The edge opposite to a corner, as currents about the corner flow.
+fn along(panel: &Panel, corner: usize) -> Vector3<f64> {
+    let at = panel.corners_mm();
+    at[(corner + 1) % 3] - at[(corner + 2) % 3]
+}
+
 fn fluxes(
     panels: &[Panel],
     corners: &[[usize; 3]],
     triangles_at: &HashMap<[usize; 2], Vec<usize>>,
-) -> (usize, Vec<Vec<Flux>>, Tree) {
+) -> (usize, Vec<Vec<Linear>>, Tree) {
     let mut tree: Tree = vec![None; panels.len()];
     let mut fluxes_of = vec![Vec::new(); panels.len()];
     let mut is_reached = vec![false; panels.len()];
@@ -135,9 +203,12 @@ fn fluxes(
                 tree[to] = Some((from, edge));
                 for (triangle, sign) in [(from, 1.0), (to, -1.0)] {
                     let opposite = edges(&corners[triangle]).iter().position(|own| *own == edge);
-                    let from_mm = panels[triangle].corners_mm()[opposite.unwrap_or(0)].coords;
-                    let by = sign / (2.0 * panels[triangle].area_mm2());
-                    fluxes_of[triangle].push(Flux { number: count, by, from_mm });
+                    let panel = &panels[triangle];
+                    let at = panel.corners_mm();
+                    let from = at[opposite.unwrap_or(0)];
+                    let divergence = sign / panel.area_mm2();
+                    let at_corners = at.map(|corner| (corner - from) * (0.5 * divergence));
+                    fluxes_of[triangle].push(Linear { number: count, at_corners, divergence });
                 }
                 count += 1;
                 queue.push_back(to);
@@ -171,10 +242,38 @@ mod tests {
                 assert!(sum.norm() < 1e-12);
             }
             let each = found.fluxes_of.iter().zip(surface.panels());
-            let flux =
-                each.map(|(own, panel)| own.iter().map(|f| f.by).sum::<f64>() * panel.area_mm2());
+            let flux = each.map(|(own, panel)| {
+                own.iter().map(|f| f.divergence).sum::<f64>() * panel.area_mm2()
+            });
             assert!(flux.sum::<f64>().abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn loops_about_diagonals_turn_fluxes() {
+        let mesh = cuboid(&Vector3::new(90.0, 80.0, 2.0), 200).unwrap();
+        let surface = ClosedSurface::new(&mesh).unwrap();
+        let found = Functions::new(&surface);
+        let mut count = 0;
+        for (own, panel) in found.edge_loops_of.iter().zip(surface.panels()) {
+            for edge_loop in own {
+                // From the right angle a unit of divergence is half along each leg; a loop moves it from one to the
+                // other.
+                let at = panel.corners_mm();
+                let right = (0..3).find(|k| edge_loop.at_corners[*k].norm() == 0.0).unwrap();
+                for (sign, leg) in [(1.0, (right + 2) % 3), (-1.0, (right + 1) % 3)] {
+                    let leg = at[leg] - at[right];
+                    let across = |k: usize| {
+                        let turned = edge_loop.at_corners[k] * (0.25 * sign * panel.area_mm2());
+                        let flux = (at[k] - at[right]) * 0.5 + turned;
+                        flux.cross(&leg).norm() / leg.norm()
+                    };
+                    assert!((0..3).all(|k| across(k) < 1e-12 * panel.radius_mm()), "{sign}");
+                }
+                count += 1;
+            }
+        }
+        assert!(count > 100 && count == 2 * found.edge_loops, "{count}");
     }
 
     #[test]

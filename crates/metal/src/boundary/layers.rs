@@ -11,15 +11,36 @@
 use crate::panel::{FULL_ANGLE, Panel};
 use nalgebra::{ComplexField, Point3, Vector3};
 
-/// Gauss and Legendre's rule of eight points from −1 to 1: places on one side, and weights.
-const RULE: [(f64, f64); 4] = [
-    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
-    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
-    (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
+/// Gauss and Legendre's rules of four, six and eight points from −1 to 1, places on one side and weights, each with the
+/// largest half of a piece that it is for.
+const RULES: [(f64, &[(f64, f64)]); 3] = [
+    (
+        0.4,
+        &[
+            (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+            (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+        ],
+    ),
+    (
+        0.9,
+        &[
+            (0.238_619_186_083_196_9, 0.467_913_934_572_691),
+            (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+            (0.932_469_514_203_152, 0.171_324_492_379_170_36),
+        ],
+    ),
+    (
+        f64::INFINITY,
+        &[
+            (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+            (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+            (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+            (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
+        ],
+    ),
 ];
 
-/// Longest piece of an edge for the rule, in `t`: layers are right to some 10⁻⁷ then.
+/// Longest piece of an edge for the rule, in `t`: layers are right to some 10⁻⁶ then.
 const LONGEST_PIECE: f64 = 3.0;
 
 /// Below this `φ` is its series, whose next term is 3·10⁻¹³.
@@ -77,12 +98,13 @@ impl<T: Number> Layers<T> {
             let whole = (last / first).ln();
             let pieces = (whole / LONGEST_PIECE).ceil().max(1.0);
             let half = 0.5 * whole / pieces;
+            let rule = RULES.iter().find(|(most, _)| half <= *most).map_or(RULES[2].1, |of| of.1);
             let mut sums = [T::zero(); 4];
             for piece in 0..pieces as usize {
                 // Half of `c e^t` and of `c e^(−t)`: `R` is their sum, `s` their difference.
                 let middle = first * (half * (2 * piece + 1) as f64).exp();
                 let [ahead, back] = [0.5 * middle, 0.5 * c * c / middle];
-                for (place, weight) in RULE {
+                for (place, weight) in rule {
                     let step = (half * place).exp();
                     let away = 1.0 / step;
                     for (ahead, back) in [(ahead * away, back * step), (ahead * step, back * away)]

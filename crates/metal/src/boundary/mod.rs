@@ -28,6 +28,7 @@ mod cycles;
 mod functions;
 mod inside;
 mod layers;
+mod near;
 mod pair;
 #[cfg(test)]
 pub(crate) mod rings;
@@ -46,7 +47,8 @@ use functions::Functions;
 use inside::Inside;
 use layers::real;
 use nalgebra::{Matrix3, Point3, Vector3};
-use pair::{Pair, Rules};
+use near::Rules;
+use pair::Pair;
 use rayon::prelude::*;
 use std::sync::Arc;
 use trackwright_task::{Cancelled, Task};
@@ -110,7 +112,7 @@ impl BoundaryShape {
         let mut double: Mat<f64> = Mat::zeros(count, loops);
         let mut of_currents: Mat<f64> = Mat::zeros(functions.currents(), functions.currents());
         for_pairs(panels, 0.0, task, |i, j, pair| {
-            let whole: f64 = pair.single.iter().sum();
+            let whole = pair.whole();
             single[(i, j)] += 0.5 * whole;
             single[(j, i)] += 0.5 * whole;
             for b in &functions.loops_of[j] {
@@ -134,7 +136,8 @@ impl BoundaryShape {
         let mut of_fluxes = Mat::zeros(functions.fluxes, count);
         for j in 0..count {
             for (i, own) in functions.fluxes_of.iter().enumerate() {
-                own.iter().for_each(|t| of_fluxes[(t.number, j)] += 4.0 * t.by * source[(i, j)]);
+                own.iter()
+                    .for_each(|t| of_fluxes[(t.number, j)] += 2.0 * t.divergence * source[(i, j)]);
             }
         }
         let around = Around::new(panels, &functions, 0.0, task)?;
@@ -162,38 +165,47 @@ impl BoundaryShape {
     }
 }
 
-/// Calls `each` with every pair of a target and a source.
-fn for_pairs<T: layers::Number>(
+/// Calls `each` with every pair of a target and a source. While it is called with some rows, the next ones are
+/// integrated on other threads.
+fn for_pairs<T: layers::Number + Send + Sync>(
     panels: &[Panel],
     k: T,
     task: &Task,
-    mut each: impl FnMut(usize, usize, &Pair<T>),
+    mut each: impl FnMut(usize, usize, &Pair<T>) + Send,
 ) -> Result<(), Cancelled> {
     let rules = Rules::new();
+    let row = |i: usize| -> (Pair<T>, Vec<[Pair<T>; 2]>) {
+        let beyond = panels[i + 1..].iter();
+        let all = beyond.map(|other| Pair::both(&panels[i], other, k, &rules));
+        (Pair::own(&panels[i], k, &rules), all.collect())
+    };
+    let rows = |first: usize| -> Vec<_> {
+        let rows = first..panels.len().min(first + CHUNK);
+        rows.into_par_iter().map(row).collect()
+    };
+    let mut found = rows(0);
     for first in (0..panels.len()).step_by(CHUNK) {
         // Of what is left, rows are shorter and shorter.
         let left = 1.0 - first as f64 / panels.len() as f64;
         task.step(((1.0 - left * left) * panels.len() as f64) as usize, panels.len())?;
-        let row = |i: usize| -> (Pair<T>, Vec<[Pair<T>; 2]>) {
-            let beyond = panels[i + 1..].iter();
-            let all = beyond.map(|other| Pair::both(&panels[i], other, k, &rules));
-            (Pair::own(&panels[i], k, &rules), all.collect())
-        };
-        let rows = first..panels.len().min(first + CHUNK);
-        let found: Vec<_> = rows.clone().into_par_iter().map(row).collect();
-        for (i, (own, row)) in rows.zip(&found) {
-            each(i, i, own);
-            for (j, [pair, back]) in (i + 1..).zip(row) {
-                each(i, j, pair);
-                each(j, i, back);
+        let add = || {
+            for (i, (own, row)) in (first..).zip(&found) {
+                each(i, i, own);
+                for (j, [pair, back]) in (i + 1..).zip(row) {
+                    each(i, j, pair);
+                    each(j, i, back);
+                }
             }
-        }
+        };
+        let next = first + CHUNK;
+        found = rayon::join(add, || if next < panels.len() { rows(next) } else { Vec::new() }).1;
     }
     Ok(())
 }
 
 impl BoundaryBody {
-    /// Solves for the answers to a field through each triangle, with two complex unknowns a triangle. The skin depth
+    /// Solves for the answers to a field through each triangle, with two complex unknowns a triangle and one for each
+    /// flat pair. The skin depth
     /// is infinite where no currents flow.
     ///
     /// # Errors
@@ -234,22 +246,21 @@ impl BoundaryBody {
                         real(panels[j].area_mm2() / (3.0 * size_mm));
                 }
             }
-            let found = factors.solve(&right);
+            let found = factors.solve(&right, of_flux);
             let mut added: Mat<c64> = Mat::zeros(count + loops + holes, columns.len());
             for (column, &j) in columns.iter().enumerate() {
                 for (i, own) in functions.fluxes_of.iter().enumerate() {
-                    let each = own
-                        .iter()
-                        .map(|t| found[(of_flux + t.number, column)] * (2.0 * t.by * size_mm));
+                    let each =
+                        own.iter().map(|t| found[(t.number, column)] * (t.divergence * size_mm));
                     added[(i, column)] = each.sum::<c64>() - if i == j { 1.0 } else { 0.0 };
                 }
                 for a in 0..loops {
                     let own = if j < count { shape.potential[(a, j)] } else { 0.0 };
-                    added[(count + a, column)] = found[(of_loop + a, column)] - own;
+                    added[(count + a, column)] = found[(of_loop - of_flux + a, column)] - own;
                 }
                 for hole in 0..holes {
                     added[(count + loops + hole, column)] =
-                        found[(of_hole + hole, column)] * (k * k * size_mm);
+                        found[(of_hole - of_flux + hole, column)] * (k * k * size_mm);
                 }
             }
             added
