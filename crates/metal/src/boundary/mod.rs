@@ -17,9 +17,10 @@
 //! potential of the coils' own normal field `q₀`, by the same functions, `⟨w, S₀ n × ∇u₀⟩ = ⟨v, q₀⟩/2 − ⟨q₀, D₀ v⟩`.
 //! Only what a material changes has the error of the triangles, so that few are enough.
 //!
-//! `u` is linear on triangles and `q` even. A current around a hole that goes through the body has a potential that goes
-//! up by the current where what spans the hole is passed through: each hole adds an unknown `I/k²`, for which
-//! `n × ∇u` is tested as it is, and a right side, the coils' flux through the hole.
+//! `u` is linear on triangles and `q` even; `m` has its fluxes and loops, and loops about the diagonals of flat pairs of
+//! triangles. A current around a hole that goes through the body has a potential that goes up by the current where what
+//! spans the hole is passed through: each hole adds an unknown `I/k²`, for which `n × ∇u` is tested as it is, and a right
+//! side, the coils' flux through the hole.
 
 mod around;
 #[cfg(test)]

@@ -22,17 +22,16 @@ const AWAY: [(f64, f64); 8] = [
     (0.980_144_928_248_768, 0.050_614_268_145_188),
 ];
 
-/// A part of a triangle is halved where half an edge is longer than this times the length over which layers vary: they
-/// change the moments of a disc of 0.3 mm by 10⁻³ of what they are with 0.5.
-const COARSE: f64 = 1.0;
+/// Parts of a triangle are halved until half of each edge is no longer than this times the length over which layers vary
+/// along it. Moments of discs and rods are within 2·10⁻³ of those with 0.8.
+const COARSE: f64 = 1.25;
 
-/// How often: a part that touches the source has a 64th of the triangle's size then.
+/// How often at most: a part that touches the source has a 64th of the triangle's size then.
 const MOST_HALVINGS: u32 = 12;
 
-/// Kernels that decay vary over so many times what they decay by `e` over.
-const STEEP: f64 = 4.0;
-
-/// Beyond so many times that they do not vary any more, and beyond so many they are none.
+/// In lengths over which a kernel decays by `e`: over what it varies at least, beyond what its edges do not count, and
+/// beyond what it is none, to 10⁻⁵ of what a triangle has of itself.
+const STEEP: f64 = 3.0;
 const FADED: f64 = 4.0;
 const GONE: f64 = 12.0;
 
