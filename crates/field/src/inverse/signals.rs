@@ -55,6 +55,13 @@ const SAME_START: f64 = 0.5;
 /// Starts that lead nearer to a known answer than this part of a cell are no other ones.
 const KNOWN: f64 = 0.25;
 
+/// Where a pose changes by more than this times the change of its reading, another one may be nearer than cells are.
+const FOLDED: f64 = 3.0;
+
+/// How far from a pose its reading's slopes and curvature are taken, mm, and how far another one may be.
+const BESIDE_MM: f64 = 0.02;
+const FARTHEST_TWIN_MM: f64 = 5.0;
+
 /// A part of the box, and what the coils' fields are in its middle.
 #[derive(Clone, Debug)]
 struct Cell {
@@ -123,6 +130,7 @@ impl Signals {
     ) -> Vec<AxisPose> {
         let Some(equations) = Equations::new(coils.generator(), reading) else { return Vec::new() };
         let mut near: Vec<(f64, &Cell, Start)> = Vec::new();
+        let mut folded: f64 = 0.0;
         for cell in &self.cells {
             if !cell.readings.contains(&reading.position_mm) {
                 continue;
@@ -132,7 +140,9 @@ impl Signals {
             let is_known = |known: &AxisPose| {
                 (start.place_mm() - known.position_mm).norm() <= KNOWN * cell.size_mm
             };
-            if cells <= FARTHEST && !known.is_some_and(is_known) {
+            if known.is_some_and(is_known) {
+                folded = folded.max(start.inverse.norm());
+            } else if cells <= FARTHEST {
                 near.push((cells, cell, start));
             }
         }
@@ -148,15 +158,34 @@ impl Signals {
             let is_other = |known: &AxisPose| {
                 (place_mm - known.position_mm).norm() > SAME_START * cell.size_mm
             };
-            if tried.iter().all(is_new) && found.iter().all(is_other) {
-                tried.push((cell, start));
-                found.extend(equations.solve(coils, start, cell.size_mm));
-            }
             if tried.len() == MOST_STARTS {
                 break;
             }
+            if tried.iter().all(is_new) && found.iter().all(is_other) {
+                tried.push((cell, start));
+                let Some((pose, slope)) = equations.solve(coils, start, cell.size_mm) else {
+                    continue;
+                };
+                found.push(pose);
+                if slope > FOLDED {
+                    found.extend(equations.twin(coils, &pose));
+                }
+            }
+        }
+        if folded > FOLDED {
+            found.extend(known.and_then(|known| equations.twin(coils, known)));
         }
         found
+    }
+}
+
+/// A pose moved in mm and turned at a lever.
+fn moved(from: &AxisPose, by: &Vector5<f64>) -> AxisPose {
+    let [first, second] = from.axis.rotation_axes();
+    let axis = from.axis.as_ref() + (first * by[3] + second * by[4]) / LEVER_MM;
+    AxisPose {
+        position_mm: from.position_mm + by.fixed_rows::<3>(0),
+        axis: Unit::new_normalize(axis),
     }
 }
 
@@ -328,24 +357,65 @@ impl Equations {
         Some(Start { from_mm: cell.center_mm, axis, inverse, rest, step: -(inverse * rest) })
     }
 
-    /// Broyden's method in a place and two turns at a lever.
-    fn solve(&self, coils: &dyn DisturbedCoils, start: Start, size_mm: f64) -> Option<AxisPose> {
+    /// Readings turn back at a fold: a pose beside it has another one beyond, that reads the same. It is as far from the
+    /// fold as the curvature along the weakest direction has it.
+    fn twin(&self, coils: &dyn DisturbedCoils, known: &AxisPose) -> Option<AxisPose> {
+        let left = |u: &Vector5<f64>| self.left(coils, &moved(known, u));
+        let beside = |direction: &Vector5<f64>| {
+            Some([left(&(direction * BESIDE_MM))?, left(&(direction * -BESIDE_MM))?])
+        };
+        let mut jacobian = Matrix5::zeros();
+        for k in 0..5 {
+            let [ahead, back] = beside(&Vector5::ith(k, 1.0))?;
+            jacobian.set_column(k, &((ahead - back) / (2.0 * BESIDE_MM)));
+        }
+        let parts = jacobian.svd(true, true);
+        let (k, weakest) = parts.singular_values.argmin();
+        let along: Vector5<f64> = parts.v_t?.row(k).transpose();
+        let of_rest: Vector5<f64> = parts.u?.column(k).into();
+        let [ahead, back] = beside(&along)?;
+        let bend = of_rest.dot(&(ahead + back - left(&Vector5::zeros())? * 2.0));
+        let step = along * (-2.0 * weakest * BESIDE_MM * BESIDE_MM / bend);
+        if step.norm().is_nan() || step.norm() > FARTHEST_TWIN_MM {
+            return None;
+        }
+        let from = moved(known, &step);
+        let rest = self.left(coils, &from)?;
+        // Beyond the fold the slope is the opposite.
+        let beyond = jacobian - of_rest * along.transpose() * (2.0 * weakest);
+        let inverse = beyond.try_inverse()?;
+        let start = Start {
+            from_mm: from.position_mm,
+            axis: from.axis,
+            inverse,
+            rest,
+            step: -(inverse * rest),
+        };
+        let (twin, _) = self.solve(coils, start, FARTHEST_TWIN_MM)?;
+        let apart_mm = (twin.position_mm - known.position_mm).norm();
+        (apart_mm > 0.5 * step.norm()).then_some(twin)
+    }
+
+    /// What of the equations is left at a pose; nothing in metal.
+    fn left(&self, coils: &dyn DisturbedCoils, pose: &AxisPose) -> Option<Vector5<f64>> {
+        Some(self.of_axes(&fields(coils, &pose.position_mm)?) * pose.axis.as_ref() - self.right)
+    }
+
+    /// Broyden's method in a place and two turns at a lever, and how much more a pose changes there than its reading.
+    fn solve(
+        &self,
+        coils: &dyn DisturbedCoils,
+        start: Start,
+        size_mm: f64,
+    ) -> Option<(AxisPose, f64)> {
         let Start { from_mm, axis, mut inverse, mut rest, .. } = start;
-        let [first, second] = axis.rotation_axes();
-        let pose = |u: &Vector5<f64>| AxisPose {
-            position_mm: from_mm + u.fixed_rows::<3>(0),
-            axis: Unit::new_normalize(axis.as_ref() + (first * u[3] + second * u[4]) / LEVER_MM),
-        };
-        let left = |u: &Vector5<f64>| {
-            let pose = pose(u);
-            let fields = fields(coils, &pose.position_mm)?;
-            Some(self.of_axes(&fields) * pose.axis.as_ref() - self.right)
-        };
+        let from = AxisPose { position_mm: from_mm, axis };
+        let left = |u: &Vector5<f64>| self.left(coils, &moved(&from, u));
         let mut u = Vector5::zeros();
         let mut before = rest.norm();
         for count in 0..MOST_STEPS {
             if rest.norm() < LEFT_MM {
-                return Some(pose(&u));
+                return Some((moved(&from, &u), inverse.norm()));
             }
             let mut step = -(inverse * rest);
             let longest = 2.0 * size_mm.max(5.0);
