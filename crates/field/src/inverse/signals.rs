@@ -55,8 +55,9 @@ const SAME_START: f64 = 0.5;
 /// Starts that lead nearer to a known answer than this part of a cell are no other ones.
 const KNOWN: f64 = 0.25;
 
-/// Where a pose changes by more than this times the change of its reading, another one may be nearer than cells are.
-const FOLDED: f64 = 3.0;
+/// Where a pose changes by more than this times the change of its reading, another one may be nearer than cells are. (By
+/// the norm of a matrix of five rows, which is 2.2 where readings change as poses do.)
+const FOLDED: f64 = 6.0;
 
 /// How far from a pose its reading's slopes and curvature are taken, mm, and how far another one may be.
 const BESIDE_MM: f64 = 0.02;
