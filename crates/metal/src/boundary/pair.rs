@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use faer::c64;
 
-    /// `∬ λ′ λ G` does not depend on which triangle it is integrated over first.
+    /// `∬ λ′ λ G` does not depend on which triangle it is integrated over first, in parts of what one has of itself.
     #[test]
     fn layers_are_the_same_both_ways() {
         let panel = |corners: [[f64; 3]; 3]| Panel::new(corners.map(Into::into)).unwrap();
@@ -128,11 +128,11 @@ mod tests {
             for decay in [0.0, 0.1, 1.0, 5.0] {
                 let k = c64::new(decay, decay);
                 let [there, back] = Pair::both(&flat, &panel(other), k, &rules);
-                let whole = there.whole().norm();
+                let own = Pair::own(&flat, k, &rules).whole().norm();
                 for i in 0..3 {
                     for j in 0..3 {
-                        let off = (there.single[i][j] - back.single[j][i]).norm() / whole;
-                        assert!(off < 0.01, "{name} {decay} {i} {j}: {off}");
+                        let off = (there.single[i][j] - back.single[j][i]).norm() / own;
+                        assert!(off < 0.003, "{name} {decay} {i} {j}: {off}");
                     }
                 }
             }
