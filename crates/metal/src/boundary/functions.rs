@@ -16,9 +16,6 @@ use crate::surface::ClosedSurface;
 use nalgebra::Vector3;
 use std::collections::{HashMap, VecDeque};
 
-/// Loops are about the edges of triangles that are longer by this than twice their height.
-const FLAT: f64 = 1.01;
-
 /// The loops and fluxes of a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Functions {
@@ -139,8 +136,8 @@ fn loops(surface: &ClosedSurface, corners: &[[usize; 3]], count: usize) -> (usiz
     (kept.len(), corners.iter().zip(surface.panels()).map(of).collect())
 }
 
-/// About edges that are the longest of both their triangles, where those are flatter than half a square. Edges but a
-/// fiftieth shorter than the longest count: the cells of a ring are trapezia.
+/// About edges that are the longest of both their triangles. Edges but a fiftieth shorter than the longest count: the
+/// cells of a ring are trapezia.
 fn edge_loops(
     panels: &[Panel],
     corners: &[[usize; 3]],
@@ -157,14 +154,14 @@ fn edge_loops(
             let lengths = panels[t].edges_mm();
             let longest = lengths.iter().fold(0.0, |most: f64, length| most.max(*length));
             let own = lengths[(opposite(t) + 1) % 3];
-            own > 0.98 * longest && FLAT * 2.0 * panels[t].area_mm2() < own * own
+            own > 0.98 * longest
         };
         if !both.iter().all(|t| is_long(*t)) {
             continue;
         }
         for &t in both {
             let (panel, k) = (&panels[t], opposite(t));
-            let about = |corner: usize| along(panel, corner) * (4.0 / (2.0 * panel.area_mm2()));
+            let about = |corner: usize| along(panel, corner) * (2.0 / panel.area_mm2());
             let mut at_corners = [Vector3::zeros(); 3];
             at_corners[(k + 1) % 3] = about((k + 2) % 3);
             at_corners[(k + 2) % 3] = about((k + 1) % 3);

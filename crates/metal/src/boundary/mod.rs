@@ -17,7 +17,7 @@
 //! potential of the coils' own normal field `q₀`, by the same functions, `⟨w, S₀ n × ∇u₀⟩ = ⟨v, q₀⟩/2 − ⟨q₀, D₀ v⟩`.
 //! Only what a material changes has the error of the triangles, so that few are enough.
 //!
-//! `u` is linear on triangles and `q` even; `m` has its fluxes and loops, and loops about the diagonals of flat pairs of
+//! `u` is linear on triangles and `q` even; `m` has its fluxes and loops, and loops about the longest edges of
 //! triangles. A current around a hole that goes through the body has a potential that goes up by the current where what
 //! spans the hole is passed through: each hole adds an unknown `I/k²`, for which `n × ∇u` is tested as it is, and a right
 //! side, the coils' flux through the hole.
@@ -206,7 +206,7 @@ fn for_pairs<T: layers::Number + Send + Sync>(
 
 impl BoundaryBody {
     /// Solves for the answers to a field through each triangle, with two complex unknowns a triangle and one for each
-    /// flat pair. The skin depth
+    /// longest edge. The skin depth
     /// is infinite where no currents flow.
     ///
     /// # Errors
