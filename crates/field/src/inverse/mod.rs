@@ -192,21 +192,20 @@ impl<'a> Inverse<'a> {
             |i, stepped| {
                 let is_read = self.newton.is_read(stepped.is_inside, &stepped.place);
                 let has_settled = stepped.has_settled && is_read;
-                let others = self.others(&places[i], has_settled.then_some(&stepped.place));
-                if has_settled && others.is_empty() {
+                if has_settled && self.others(&places[i], Some(&stepped.place)).is_empty() {
                     found[i] = self.settled(&measured[i], possible(i), &stepped);
                 } else {
-                    starts.push((i, Some(stepped.place), others));
+                    starts.push((i, Some(stepped.place)));
                 }
             },
         );
         let uncertain = (0..places.len()).filter(|&i| !possible(i).is_certain());
-        starts.extend(uncertain.filter(|&i| places[i].is_finite()).map(|i| (i, None, Vec::new())));
-        for (i, start, others) in starts {
+        starts.extend(uncertain.filter(|&i| places[i].is_finite()).map(|i| (i, None)));
+        for (i, start) in starts {
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            let search = self.search(&places[i], &tolerances[i], start, others, possible(i));
+            let search = self.search(&places[i], &tolerances[i], start, possible(i));
             found[i] = self.found(&measured[i], &places[i], &search, possible(i));
         }
         Ok(())
@@ -287,7 +286,6 @@ impl<'a> Inverse<'a> {
         place: &AxisPose,
         tolerance: &Tolerance,
         start: Option<AxisPose>,
-        others: Vec<AxisPose>,
         possible: &Possible,
     ) -> Search {
         let Newton { model, outside, .. } = self.newton;
@@ -296,7 +294,10 @@ impl<'a> Inverse<'a> {
             contraction::stepped(place, &at.error)
         });
         let reading = Reading::new(*place);
-        Search::run(&self.newton, possible, &reading, tolerance, start, others)
+        let first = self.newton.solve(&reading, start, tolerance);
+        // Only from a pose that is known the one beyond a fold is looked for.
+        let others = self.others(place, first.is_solution.then_some(&first.place));
+        Search::run(&self.newton, possible, &reading, tolerance, first, others)
     }
 
     fn found(

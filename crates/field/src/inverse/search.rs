@@ -30,17 +30,16 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// Searches from a start, and, unless there can be one answer only, from wherever else one
-    /// can be, until a fourth one turns up.
+    /// After a first search, searches from other starts, and, unless there can be one answer only,
+    /// from wherever else one can be, until a fourth one turns up.
     pub fn run(
         newton: &Newton,
         possible: &Possible,
         reading: &Reading,
         tolerance: &Tolerance,
-        start: AxisPose,
+        first: Found,
         others: Vec<AxisPose>,
     ) -> Self {
-        let first = newton.solve(reading, start, tolerance);
         let mut search = Self { first, answers: Vec::new(), evaluations: first.evaluations };
         search.see(newton, first);
         let is_signals = !others.is_empty();
