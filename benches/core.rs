@@ -120,6 +120,7 @@ fn study_of_1000000_poses(bencher: Bencher, order: usize) {
             rx: ten(30.0),
             ry: ten(30.0),
             rz: ten(30.0),
+            ..Motion::default()
         }),
         ..scenario(order)
     };

@@ -23,7 +23,7 @@ use trackwright_project::{
 };
 use trackwright_simulation as simulation;
 use trackwright_simulation::motion::{AxisRange, Motion};
-use trackwright_simulation::{Coil, Metric, Requirement, SensorOrientation};
+use trackwright_simulation::{Coil, Metric, Pivot, Requirement, SensorOrientation};
 use trackwright_sweep::number_paths;
 
 /// A design with its room, its bodies and their meshes. It never changes: an edit gives another one.
@@ -492,12 +492,16 @@ fn index_of<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str>) ->
     })
 }
 
-/// `{"x": (min, max, step), "rx": …}`, mm and degrees.
+/// `{"pivot": …, "x": (min, max, step), "rx": …}`, mm and degrees.
 fn motion_of(given: &Bound<'_, PyDict>) -> Done<Motion> {
     let names = Motion::default().axes().map(|(name, _)| name);
     let mut motion = Motion::default();
     for (axis, range) in given {
         let axis: String = axis.extract()?;
+        if axis == "pivot" {
+            motion.pivot = pivot_of(&range)?;
+            continue;
+        }
         let index = index_of("axis", &axis, names.into_iter())?;
         let [min, max, step] = vector::<3>(&range, &format!("motion, {axis}"))?;
         motion = motion.with_axis(index, Some(AxisRange { min, max, step }));
@@ -505,9 +509,44 @@ fn motion_of(given: &Bound<'_, PyDict>) -> Done<Motion> {
     Ok(motion)
 }
 
+/// `"origin"`, `"tip"`, `{"body": (x, y, z)}` or `{"reference": (x, y, z)}`, mm.
+fn pivot_of(given: &Bound<'_, PyAny>) -> Done<Pivot> {
+    if let Ok(point) = given.cast::<PyDict>()
+        && let [(of, at)] = point.iter().collect::<Vec<_>>().as_slice()
+    {
+        let (of, at) = (of.extract::<String>()?, vector::<3>(at, "motion, pivot")?);
+        match of.as_str() {
+            "body" => return Ok(Pivot::Body(at)),
+            "reference" => return Ok(Pivot::Reference(at)),
+            _ => {}
+        }
+    }
+    match given.extract::<String>().as_deref() {
+        Ok("origin") => Ok(Pivot::Origin),
+        Ok("tip") => Ok(Pivot::Tip),
+        _ => {
+            let text = format!(
+                "motion, pivot: found {given:?}, expected \"origin\", \"tip\", \
+                 {{\"body\": (x, y, z)}} or {{\"reference\": (x, y, z)}}"
+            );
+            Err(TrackwrightError::new_err(text).into())
+        }
+    }
+}
+
 fn motion_dict<'py>(py: Python<'py>, motion: Option<&Motion>) -> Done<Option<Bound<'py, PyDict>>> {
     let Some(motion) = motion else { return Ok(None) };
     let found = PyDict::new(py);
+    let point = |of: &str, at: [f64; 3]| {
+        let point = PyDict::new(py);
+        point.set_item(of, (at[0], at[1], at[2])).map(|()| point)
+    };
+    match motion.pivot {
+        Pivot::Origin => {}
+        Pivot::Tip => found.set_item("pivot", "tip")?,
+        Pivot::Body(at) => found.set_item("pivot", point("body", at)?)?,
+        Pivot::Reference(at) => found.set_item("pivot", point("reference", at)?)?,
+    }
     for (axis, range) in motion.axes() {
         if let Some(AxisRange { min, max, step }) = range {
             found.set_item(axis, (min, max, step))?;

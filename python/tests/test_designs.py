@@ -55,6 +55,10 @@ def test_requirements_and_motions_come_back(pointer: Design) -> None:
     motion = {"x": (-10.0, 10.0, 5.0), "rz": (0.0, 90.0, 45.0)}
     assert pointer.with_motion(motion).motion == motion
     assert pointer.with_motion(None).motion is None
+    for pivot in ("tip", {"body": (0.0, 1.0, 50.0)}, {"reference": (-3.0, 0.5, 0.0)}):
+        about = {"pivot": pivot, **motion}
+        assert pointer.with_motion(about).motion == about
+    assert pointer.with_motion({"pivot": "origin", **motion}).motion == motion
 
 
 def test_what_is_saved_is_loaded_again(pointer: Design, tmp_path: Path) -> None:
@@ -91,6 +95,9 @@ def test_another_room_is_the_designs_own(pointer: Design, room_file: Path) -> No
         (lambda d: d.with_tool_pose([0, 0, 1]), "found the shape (3,), expected (7,)"),
         (lambda d: d.with_motion({"x": (1.0, 0.0, 1.0)}), "motion.x: min is 1, max is 0"),
         (lambda d: d.with_motion({"w": (0.0, 1.0, 1.0)}), "found no axis \"w\", expected one of"),
+        (lambda d: d.with_motion({"pivot": "hub"}), "motion, pivot: found 'hub', expected"),
+        (lambda d: d.with_motion({"pivot": {"tool": (0, 0, 0)}}), "expected \"origin\", \"tip\""),
+        (lambda d: d.with_motion({"pivot": {"body": (0, 0, 1e9)}}), "motion.pivot: the point is"),
         (lambda d: d.with_requirement({"tip": 1.0}), "requirement: found \"tip\", expected one of"),
         (lambda d: d.with_requirement({"position_rms": -1.0}), "position_rms"),
         (lambda d: d.sensors("head"), "body: found \"head\", expected one of tool, crf"),

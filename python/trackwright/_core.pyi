@@ -25,7 +25,8 @@ VolumeName = Literal["cube", "dome", "tabletop", "compact"]
 Scatter = Literal["first-order", "monte-carlo"]
 Determination = Literal["full", "poor", "free-axis", "free-rotation"]
 ModelName = Literal["bernstein", "kriging", "harmonic"]
-Motion = dict[str, tuple[float, float, float]]
+# Of "x" to "rz" (min, max, step); "pivot": "origin", "tip", {"body": (x, y, z)} or {"reference": …}.
+Motion = dict[str, Any]
 Requirement = dict[str, float]
 # A name, or conductivity in S/m and relative permeability.
 Material = Union[str, tuple[float, float]]

@@ -18,7 +18,6 @@ use trackwright_geometry::volume::Volume;
 use trackwright_simulation::comparison::{
     Comparison, DifferenceVerdict, NoFigures, Pair, Plan, Settings, compare, difference_words,
 };
-use trackwright_simulation::motion::moved;
 use trackwright_simulation::{
     AxisRange, InputTrial, METRICS, Metric, Mode, Motion, Requirement, RigidBody, Scenario,
 };
@@ -78,14 +77,15 @@ fn compared(plan: &Plan, settings: &Settings) -> Comparison {
 /// the range.
 fn true_figures(tool: &RigidBody, truth: &DistortionModel) -> [[f64; 2]; 2] {
     let scenario = scenario(tool.clone(), &Arc::new(room(truth.clone())));
-    let axes = scenario.motion.unwrap().axes();
+    let grid = scenario.motion_grid().unwrap().unwrap();
+    let axes = grid.motion().axes();
     let mut random = ChaCha8Rng::seed_from_u64(99);
     let anywhere = (0..20_000).map(|_| {
         let offsets = axes.map(|(_, range)| {
             let part: f64 = StandardUniform.sample(&mut random);
             range.map_or(0.0, |r| r.min + part * (r.max - r.min))
         });
-        InputTrial::at(moved(&scenario.crf_from_tool, offsets))
+        InputTrial::at(grid.moved(offsets))
     });
     let figures = [Mode::Motion, Mode::Input(anywhere.collect())].map(|mode| {
         let position_mm = study(&scenario, &mode).room_field.position_mm;

@@ -109,7 +109,7 @@ fn motion_equals_the_same_poses_as_input() {
         motion: Some(Motion { x: steps(10.0, 2.0), rz: steps(40.0, 4.0), ..Motion::default() }),
         ..built_in()
     };
-    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
     let rows: Vec<_> = (0..grid.trials())
         .map(|i| InputTrial {
@@ -220,7 +220,7 @@ fn shared_orientations_blend_coefficients_once() {
 #[test]
 fn grouped_poses_come_back_in_their_order() {
     let scenario = shared_orientations(&default_in_polynomials(), true);
-    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let rows: Vec<_> = (0..grid.trials()).map(|i| InputTrial::at(grid.pose(i))).collect();
     let cancel = CancelToken::default();
     let logged = |mode: &Mode| {

@@ -113,7 +113,7 @@ fn environment(samples: &SampleSet) -> Arc<Environment> {
 /// Three steps along each axis and of two turns.
 fn motion() -> Motion {
     let (shift, turn) = (studies::steps(25.0, 2.0), studies::steps(28.0, 2.0));
-    Motion { x: shift, y: shift, z: shift, rx: turn, ry: turn, rz: None }
+    Motion { x: shift, y: shift, z: shift, rx: turn, ry: turn, ..Motion::default() }
 }
 
 /// Poses that a scenario's study visits.

@@ -33,7 +33,7 @@ fn as_many_nodes_as_values_are_the_grid() {
         }),
         ..built_in("endoscope")
     };
-    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let (whole, gauss) = (PoseRule::whole(&grid), PoseRule::gauss(&scenario, 27).unwrap());
     assert_eq!((whole.run, gauss.run), (3, 3));
     assert_eq!(whole.poses.len(), 27);

@@ -7,7 +7,7 @@ use trackwright_simulation::{Mode, Motion, Scenario};
 
 fn scenario(count: f64) -> Scenario {
     let [shift, turn] = [40.0, 30.0].map(|reach| steps(reach, count));
-    let motion = Motion { x: shift, y: shift, z: shift, rx: turn, ry: None, rz: turn };
+    let motion = Motion { x: shift, y: shift, z: shift, rx: turn, rz: turn, ..Motion::default() };
     Scenario { motion: Some(motion), ..default_design() }
 }
 
@@ -31,12 +31,12 @@ fn a_preview_is_within_1_percent_of_the_whole_study() {
 #[test]
 fn preview_poses_are_grid_poses_and_rarely_repeat() {
     let scenario = scenario(7.0);
-    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let key = |pose: &trackwright_geometry::pose::Pose| {
         trackwright_geometry::pose::pose_to_array(pose).map(|v| (v * 1e6).round() as i64)
     };
     let all: HashSet<_> = (0..grid.trials()).map(|i| key(&grid.pose(i))).collect();
-    let some = spread(&scenario, &grid, 512, SHIFT);
+    let some = spread(&grid, 512, SHIFT);
     let found: HashSet<_> = some.iter().map(|t| key(&t.crf_from_tool)).collect();
     assert!(found.is_subset(&all));
     assert!(found.len() > 500, "{}", found.len());

@@ -130,7 +130,7 @@ fn figures_anew(scenario: &Scenario, errors: &BuildErrors) -> Vec<Check> {
     };
     let crf = scenario.crf.as_ref().unwrap();
     let crf_fitted = fitted(&crf.body, &errors.crf, crf.tracker_from_crf);
-    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let tip = scenario.tool.judged_tip_in_body();
     let (mut mm, mut deg): (Vec<f64>, Vec<f64>) = (0..grid.trials())
         .map(|trial| {

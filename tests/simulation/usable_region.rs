@@ -119,8 +119,7 @@ fn each_point_equals_a_study_with_the_tip_there() {
     let scenario = built_in("shaver-on-head");
     let region = region(&scenario, [5, 4, 5]);
     assert_eq!((region.orientations, region.all_orientations), (27, 125));
-    let motion = scenario.motion.unwrap();
-    let grid = motion.grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let tip_in_tool = scenario.tool.judged_tip_in_body().coords;
     let tracker_from_crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
     // The first, third and last of the five angles about each axis.

@@ -17,8 +17,8 @@ use trackwright_design::{
     BodyRole, CrfPlacement, Design, DesignBody, Slide, Target, ToolPlacement, View,
 };
 use trackwright_geometry::limits::length_problem;
-use trackwright_geometry::pose::Pose;
 use trackwright_simulation::motion::Motion;
+use trackwright_simulation::pivot::Pivot;
 use trackwright_simulation::requirement::Requirement;
 
 /// What a design file holds: the design, of whose bodies only the files are known, and its view.
@@ -162,8 +162,7 @@ fn read_crf(entry: CrfEntry) -> Result<CrfPlacement, FormatError> {
 }
 
 fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), FormatError> {
-    // The grid itself knows which ranges can be visited; where it starts does not matter.
-    motion.map_or(Ok(()), |motion| match motion.grid(&Pose::identity()) {
+    motion.map_or(Ok(()), |motion| match motion.trials() {
         Ok(_) => Ok(()),
         Err(cause) => Err(FormatError::Motion { prefix, cause }),
     })
@@ -226,6 +225,13 @@ fn write_crf(out: &mut RonWriter, crf: &CrfPlacement) {
 fn write_motion(out: &mut RonWriter, motion: Option<&Motion>) {
     let Some(motion) = motion else { return };
     out.fields("motion", |out| {
+        let point = |point: &[f64; 3]| ron_text::tuple(point);
+        match &motion.pivot {
+            Pivot::Origin => {}
+            Pivot::Tip => out.field("pivot", "Tip"),
+            Pivot::Body(at) => out.field("pivot", format_args!("Body({})", point(at))),
+            Pivot::Reference(at) => out.field("pivot", format_args!("Reference({})", point(at))),
+        }
         let axes = motion.axes().into_iter();
         for (axis, r) in axes.filter_map(|(axis, range)| Some((axis, range?))) {
             let range = format_args!("(min: {:?}, max: {:?}, step: {:?})", r.min, r.max, r.step);

@@ -6,7 +6,6 @@ use super::ron_text::{self, RonWriter, Version};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 use trackwright_field::OutsidePolicy;
-use trackwright_geometry::pose::Pose;
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::{METRICS, Metric};
 
@@ -35,7 +34,7 @@ pub struct SweepPlan {
     /// Whether each figure is that which is to be expected, with its 95 % interval and the verdict: some
     /// tens of milliseconds a row.
     pub expected: bool,
-    /// Whether each figure of the room's own field, the paper's simulation, is given as well.
+    /// Whether each figure of the room's model alone, the paper's simulation, is given as well.
     pub room_field: bool,
     pub outside: OutsidePolicy,
     /// Of samples.
@@ -206,7 +205,7 @@ impl SweepPlan {
         for motion in &self.motions {
             if let SweepMotion::Range(motion) = motion {
                 motion
-                    .grid(&Pose::identity())
+                    .trials()
                     .map_err(|cause| FormatError::Motion { prefix: "motions: ", cause })?;
             }
         }

@@ -54,6 +54,9 @@ impl Bodies {
                 .zip(self.tracker_from_crf)
                 .map(|(body, tracker_from_crf)| ScenarioCrf { body, tracker_from_crf }),
             crf_from_tool: self.crf_from_tool,
+            motion: scenario.motion.map(|motion| {
+                motion.with_reference_moved(&scenario.crf_from_tool, &self.crf_from_tool)
+            }),
             ..scenario.clone()
         }
     }

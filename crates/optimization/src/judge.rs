@@ -134,7 +134,7 @@ impl<'a> Judge<'a> {
     /// Few trials that stand for the study of a scenario.
     ///
     /// # Errors
-    /// See [`Motion::grid`](trackwright_simulation::Motion::grid).
+    /// See [`Motion::counts`](trackwright_simulation::Motion::counts).
     pub fn few(&self, scenario: &Scenario) -> Result<Few, StudyError> {
         let plain = |trials: Vec<InputTrial>| Few { trials, weights: None, run: 1 };
         let is_mean =
@@ -148,8 +148,7 @@ impl<'a> Judge<'a> {
                 Ok(Few { trials, weights: Some(rule.weights), run: rule.run })
             }
             Mode::Motion => {
-                let motion = scenario.motion.ok_or(StudyError::NoMotion)?;
-                let grid = motion.grid(&scenario.crf_from_tool)?;
+                let grid = scenario.motion_grid()?.ok_or(StudyError::NoMotion)?;
                 let all: Arc<[InputTrial]> = match grid.trials() <= FEW_PLAIN {
                     true => (0..grid.trials()).map(|k| InputTrial::at(grid.pose(k))).collect(),
                     false => {

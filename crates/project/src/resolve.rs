@@ -14,7 +14,7 @@ use trackwright_design::Design;
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_simulation::comparison::{Pair, Plan};
 pub use trackwright_simulation::scenario::CrfScenario;
-use trackwright_simulation::{Scenario, ScenarioCrf};
+use trackwright_simulation::{Motion, Pivot, Scenario, ScenarioCrf};
 
 /// The scenario of a design. The orientation weight is the design's, else the environment's.
 pub fn resolve(design: &Design, environment: &Arc<Environment>) -> Scenario {
@@ -42,6 +42,12 @@ pub fn resolve_crf(design: &Design, environment: &Arc<Environment>) -> Vec<CrfSc
         return Vec::new();
     };
     let whole = resolve(design, environment);
+    let tip_in_crf = crf.body.rigid.judged_tip_in_body();
+    // The same range of motion for all targets, each of which is the tip in its turn.
+    let motion = crf.motion.map(|motion| match motion.pivot {
+        Pivot::Tip => Motion { pivot: Pivot::Body(tip_in_crf.coords.into()), ..motion },
+        _ => motion,
+    });
     let judged_at = |target: Option<String>, at: Point3<f64>| {
         let mut body = crf.body.rigid.clone();
         body.tip_in_body = Some(at);
@@ -51,14 +57,14 @@ pub fn resolve_crf(design: &Design, environment: &Arc<Environment>) -> Vec<CrfSc
                 tool: body,
                 crf: None,
                 crf_from_tool: crf.tracker_from_crf,
-                motion: crf.motion,
+                motion,
                 requirement: crf.requirement,
                 ..whole.clone()
             },
         }
     };
     if crf.targets.is_empty() {
-        return vec![judged_at(None, crf.body.rigid.judged_tip_in_body())];
+        return vec![judged_at(None, tip_in_crf)];
     }
     let targets = crf.targets.iter();
     targets.map(|target| judged_at(Some(target.name.clone()), target.position_in_crf)).collect()

@@ -61,6 +61,7 @@ pub mod mounting;
 mod mounting_channel;
 mod mounting_edits;
 pub mod pairs;
+pub mod pivot;
 pub mod placement;
 pub mod plan;
 pub mod pose_rule;
@@ -112,6 +113,7 @@ pub use motion::{AxisRange, Motion};
 pub use mounting::{Mounting, MountingAxis, MountingError, MountingRegion};
 pub use mounting_channel::channel_of;
 pub use mounting_edits::{channel_point, new_forbidden_box};
+pub use pivot::Pivot;
 pub use placement::{
     AxisRule, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
     PlacementPlan, place,

@@ -1,6 +1,7 @@
 //! The range of motion: the grid of tool poses that a study visits.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use super::pivot::Pivot;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::limits::{MAX_ANGLE_DEG, MAX_LENGTH_MM, short};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -21,10 +22,12 @@ pub struct AxisRange {
 }
 
 /// How the tool moves about its pose: translations along the CRF's axes, and
-/// `R = Rz(rz) Ry(ry) Rx(rx) R0` about the CRF's axes at the tool's origin.
+/// `R = Rz(rz) Ry(ry) Rx(rx) R0` about the CRF's axes at the [pivot](Pivot).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
+    #[serde(default, skip_serializing_if = "Pivot::is_origin")]
+    pub pivot: Pivot,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<AxisRange>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,6 +53,8 @@ pub enum MotionError {
     TooFar { axis: &'static str, part: &'static str, found: f64, expected: &'static str },
     #[error("motion.{axis}: min, max and step are {min}, {max}, {step}, expected finite numbers")]
     NotFinite { axis: &'static str, min: f64, max: f64, step: f64 },
+    #[error("motion.pivot: the point is {point:?}, expected {expected}")]
+    Pivot { point: [f64; 3], expected: &'static str },
     #[error(
         "the range of motion has {trials:.4e} poses, expected at most {MAX_TRIALS:e}; widen the steps"
     )]
@@ -79,12 +84,26 @@ impl Motion {
         self
     }
 
-    /// The grid of poses about `crf_from_tool`.
+    /// The same with the pivot at the same place on the body where the reference was moved under
+    /// it, from one `reference_from_body` to another.
+    pub fn with_reference_moved(self, from: &Pose, to: &Pose) -> Self {
+        Self { pivot: self.pivot.with_reference_moved(from, to), ..self }
+    }
+
+    /// Whether no axis moves.
+    pub fn is_still(&self) -> bool {
+        self.axes().iter().all(|(_, range)| range.is_none())
+    }
+
+    /// How many values each axis has, in the order of [`Self::axes`].
     ///
     /// # Errors
     /// A negative step, `min` above `max`, a number that is not finite or beyond what
     /// [`limits`](trackwright_geometry::limits) allows, or more than [`MAX_TRIALS`] poses.
-    pub fn grid(&self, crf_from_tool: &Pose) -> Result<MotionGrid, MotionError> {
+    pub fn counts(&self) -> Result<[usize; 6], MotionError> {
+        if let Some((point, expected)) = self.pivot.problem() {
+            return Err(MotionError::Pivot { point, expected });
+        }
         let mut counts = [1_usize; 6];
         let mut trials = 1.0;
         let mut lengths = [1.0; 6];
@@ -98,7 +117,29 @@ impl Motion {
         for (count, length) in counts.iter_mut().zip(lengths) {
             *count = length as usize;
         }
-        Ok(MotionGrid { motion: *self, counts, crf_from_tool: *crf_from_tool })
+        Ok(counts)
+    }
+
+    /// How many poses it has.
+    ///
+    /// # Errors
+    /// Those of [`Self::counts`].
+    pub fn trials(&self) -> Result<usize, MotionError> {
+        self.counts().map(|counts| counts.iter().product())
+    }
+
+    /// The grid of poses about `crf_from_tool`.
+    ///
+    /// # Errors
+    /// Those of [`Self::counts`].
+    pub fn grid(
+        &self,
+        crf_from_tool: &Pose,
+        tip_in_tool: &Point3<f64>,
+    ) -> Result<MotionGrid, MotionError> {
+        let counts = self.counts()?;
+        let pivot_in_tool = self.pivot.in_body(tip_in_tool, crf_from_tool);
+        Ok(MotionGrid { motion: *self, counts, crf_from_tool: *crf_from_tool, pivot_in_tool })
     }
 }
 
@@ -136,11 +177,21 @@ pub struct MotionGrid {
     motion: Motion,
     counts: [usize; 6],
     crf_from_tool: Pose,
+    pivot_in_tool: Point3<f64>,
 }
 
 impl MotionGrid {
     pub fn trials(&self) -> usize {
         self.counts.iter().product()
+    }
+
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// What turns leave where it is.
+    pub fn pivot_in_tool(&self) -> &Point3<f64> {
+        &self.pivot_in_tool
     }
 
     /// Number of values along x, y, z, rx, ry, rz.
@@ -155,15 +206,27 @@ impl MotionGrid {
         (0..self.counts[axis]).map(value).collect()
     }
 
-    /// Number of different orientations: after so many trials the position changes and they
-    /// begin anew.
+    /// Number of different orientations: after so many trials the pivot's position changes and
+    /// they begin anew.
     pub fn orientations(&self) -> usize {
         self.counts[3..].iter().product()
     }
 
     /// `crf_from_tool` of a trial; x runs slowest, rz fastest.
     pub fn pose(&self, trial: usize) -> Pose {
-        moved(&self.crf_from_tool, self.offsets(trial))
+        self.moved(self.offsets(trial))
+    }
+
+    /// `crf_from_tool` moved by x, y, z in mm and turned about the pivot by rx, ry, rz in degrees.
+    pub fn moved(&self, [x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), rz.to_radians())
+            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), ry.to_radians())
+            * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), rx.to_radians());
+        let Pose { translation, rotation } = self.crf_from_tool;
+        // Of the pivot from the tool's origin: zero, and not nearly, where it is the origin.
+        let arm = rotation * self.pivot_in_tool.coords;
+        let position = translation.vector + Vector3::new(x, y, z) + (arm - turn * arm);
+        pose_from_parts(position, turn * rotation)
     }
 
     /// How far a trial is from the design's own pose along x, y, z in mm and about rx, ry, rz in
@@ -185,18 +248,6 @@ impl MotionGrid {
     }
 }
 
-/// A tool's pose moved by x, y, z in mm and turned by rx, ry, rz in degrees, as a range of motion
-/// does it.
-pub fn moved(crf_from_tool: &Pose, [x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), rz.to_radians())
-        * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), ry.to_radians())
-        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), rx.to_radians());
-    pose_from_parts(
-        crf_from_tool.translation.vector + Vector3::new(x, y, z),
-        turn * crf_from_tool.rotation,
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -207,7 +258,7 @@ mod tests {
 
     fn count(axis: Option<AxisRange>) -> usize {
         let motion = Motion { x: axis, ..Motion::default() };
-        motion.grid(&Pose::identity()).unwrap().trials()
+        motion.trials().unwrap()
     }
 
     #[test]
@@ -228,7 +279,7 @@ mod tests {
     fn x_runs_slowest_and_rz_fastest() {
         let motion =
             Motion { x: range(-1.0, 1.0, 1.0), rz: range(0.0, 90.0, 45.0), ..Motion::default() };
-        let grid = motion.grid(&Pose::translation(10.0, 0.0, 0.0)).unwrap();
+        let grid = motion.grid(&Pose::translation(10.0, 0.0, 0.0), &Point3::origin()).unwrap();
         assert_eq!(grid.trials(), 9);
         assert_eq!(grid.pose(2).translation.x, 9.0);
         assert_eq!(grid.pose(3).translation.x, 10.0);
@@ -239,16 +290,40 @@ mod tests {
     fn turns_are_about_the_crf_axes_x_first() {
         let motion =
             Motion { rx: range(90.0, 90.0, 0.0), rz: range(90.0, 90.0, 0.0), ..Motion::default() };
-        let pose = motion.grid(&Pose::identity()).unwrap().pose(0);
+        let pose = motion.grid(&Pose::identity(), &Point3::origin()).unwrap().pose(0);
         // Rx takes y to z, Rz leaves z alone.
         assert!((pose.rotation * Vector3::y() - Vector3::z()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn turns_leave_the_pivot_where_it_is() {
+        let turned = Vector3::new(0.3, -1.2, 0.4);
+        let crf_from_tool = Pose::new(Vector3::new(20.0, -5.0, 8.0), turned);
+        let tip = Point3::new(3.0, 1.0, 97.0);
+        let entry = [1.0, 0.5, 40.0];
+        let joint = Point3::new(-60.0, 10.0, 4.0);
+        for (pivot, point_in_tool) in [
+            (Pivot::Origin, Point3::origin()),
+            (Pivot::Tip, tip),
+            (Pivot::Body(entry), entry.into()),
+            (Pivot::Reference(joint.coords.into()), crf_from_tool.inverse() * joint),
+        ] {
+            let grid = Motion { pivot, ..Motion::default() }.grid(&crf_from_tool, &tip).unwrap();
+            let moved = grid.moved([1.0, 2.0, 3.0, 30.0, -50.0, 170.0]);
+            let shift = moved * point_in_tool - crf_from_tool * point_in_tool;
+            assert!((shift - Vector3::new(1.0, 2.0, 3.0)).norm() < 1e-13, "{pivot:?}: {shift:?}");
+            let about_origin = Motion::default().grid(&crf_from_tool, &tip).unwrap();
+            let rotation = about_origin.moved([0.0, 0.0, 0.0, 30.0, -50.0, 170.0]).rotation;
+            assert_eq!(moved.rotation, rotation);
+        }
     }
 
     #[test]
     fn ranges_that_cannot_be_visited_state_why() {
         let none = Motion::default();
         let axis = range(0.0, 99.0, 1.0);
-        let all = Motion { x: axis, y: axis, z: axis, rx: axis, ry: axis, rz: axis };
+        let all = Motion { x: axis, y: axis, z: axis, rx: axis, ry: axis, rz: axis, ..none };
+        let absurd = Pivot::Body([0.0, f64::NAN, 0.0]);
         for (motion, reason) in [
             (
                 Motion { rz: range(5.0, -4.5, 0.0), ..none },
@@ -263,9 +338,13 @@ mod tests {
                 "motion.rx: max is 3601, expected at most 3600 degrees either way",
             ),
             (Motion { ry: range(0.0, 1.0, -1.0), ..none }, "motion.ry: step is -1"),
+            (
+                Motion { pivot: absurd, ..none },
+                "motion.pivot: the point is [0.0, NaN, 0.0], expected finite numbers",
+            ),
             (all, "the range of motion has 1.0000e12 poses"),
         ] {
-            let error = motion.grid(&Pose::identity()).unwrap_err().to_string();
+            let error = motion.trials().unwrap_err().to_string();
             assert!(error.starts_with(reason), "{error}");
         }
     }

@@ -1,12 +1,12 @@
 //! A range of motion as lines and handles: where its shifts and turns take the tool.
 //!
 //! Shifts move the tip through a box along the CRF's axes, drawn with the tool turned as the design
-//! has it. Each turn has a fan about the tool's origin, drawn with the other turns at zero: the path
+//! has it. Each turn has a fan about the pivot, drawn with the other turns at zero: the path
 //! of a point of the tool, which is the tip where turning moves it, else the sensor that turning
-//! moves farthest, since tips are often the origin itself. Box and arcs end at the extreme trials;
+//! moves farthest, since tips are often the pivot itself. Box and arcs end at the extreme trials;
 //! where a range goes on beyond its last whole step, a stem leads from there to its handle.
 
-use super::motion::{AxisRange, Motion, MotionError, MotionGrid, STEP_TOLERANCE, moved};
+use super::motion::{AxisRange, Motion, MotionError, MotionGrid, STEP_TOLERANCE};
 use crate::body::RigidBody;
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_geometry::pose::Pose;
@@ -46,6 +46,8 @@ pub struct MotionOutline {
     pub edges: Vec<[Point3<f64>; 2]>,
     pub marks: Vec<[Point3<f64>; 2]>,
     pub fans: Vec<Fan>,
+    /// What turns leave where it is; nothing where none can be dragged.
+    pub pivot_mm: Option<Point3<f64>>,
     /// From the extreme trials to handles that are beyond them.
     pub stems: Vec<Vec<Point3<f64>>>,
     pub handles: Vec<MotionHandle>,
@@ -58,7 +60,7 @@ pub struct Fan {
     pub axis: usize,
     /// The point's path.
     pub arc: Vec<Point3<f64>>,
-    /// From the tool's origin to the point at the first and the last trial angle, and the ends of
+    /// From the pivot to the point at the first and the last trial angle, and the ends of
     /// those between.
     pub spokes: Vec<[Point3<f64>; 2]>,
 }
@@ -110,7 +112,7 @@ pub fn motion_outline(
     crf_from_tool: &Pose,
     tracker_from_crf: &Pose,
 ) -> Result<MotionOutline, MotionError> {
-    let grid = motion.grid(crf_from_tool)?;
+    let grid = motion.grid(crf_from_tool, &tool.judged_tip_in_body())?;
     let mut outline = MotionOutline::default();
     let drawn = Drawn { motion, grid: &grid, tool, crf_from_tool, tracker_from_crf };
     drawn.push_box(&mut outline);
@@ -137,7 +139,7 @@ impl Drawn<'_> {
 
     /// A point of the tool, tracker frame, where it is moved so far.
     fn point(&self, point_in_tool: &Point3<f64>, offsets: [f64; 6]) -> Point3<f64> {
-        self.tracker_from_crf * moved(self.crf_from_tool, offsets) * point_in_tool
+        self.tracker_from_crf * self.grid.moved(offsets) * point_in_tool
     }
 
     fn push_box(&self, outline: &mut MotionOutline) {
@@ -220,7 +222,8 @@ impl Drawn<'_> {
         };
         let angles = self.grid.axis_values(axis);
         let (first, last) = (angles[0], angles[angles.len() - 1]);
-        let pivot = self.point(&Point3::origin(), [0.0; 6]);
+        let pivot = self.point(self.grid.pivot_in_tool(), [0.0; 6]);
+        outline.pivot_mm = Some(pivot);
         let are_marked = angles.len() <= MOST_MARKS;
         let spokes = angles.iter().enumerate().filter_map(|(i, angle)| {
             let end = at(*angle);
@@ -245,7 +248,8 @@ impl Drawn<'_> {
         let about = Vector3::ith_axis(axis);
         let tool_from_crf = self.crf_from_tool.rotation.inverse();
         let about_in_tool = tool_from_crf * about;
-        let arm_mm = |point: &Point3<f64>| point.coords.cross(&about_in_tool).norm();
+        let pivot = self.grid.pivot_in_tool();
+        let arm_mm = |point: &Point3<f64>| (point - pivot).cross(&about_in_tool).norm();
         let tip = self.tool.judged_tip_in_body();
         if arm_mm(&tip) >= LEAST_ARM_MM {
             return tip;
@@ -258,7 +262,7 @@ impl Drawn<'_> {
             .filter(|point| arm_mm(point) >= LEAST_ARM_MM)
             .unwrap_or_else(|| {
                 let across = Vector3::ith_axis((axis + 1) % 3).into_inner();
-                Point3::from(tool_from_crf * across * PLACEHOLDER_ARM_MM)
+                pivot + tool_from_crf * across * PLACEHOLDER_ARM_MM
             })
     }
 }

@@ -32,8 +32,8 @@ impl Plan {
         Ok(match mode {
             Mode::Single => Self::Single,
             Mode::Motion => {
-                let motion = scenario.motion.ok_or(StudyError::NoMotion)?;
-                Self::Motion(Box::new(motion.grid(&scenario.crf_from_tool)?))
+                let grid = scenario.motion_grid()?.ok_or(StudyError::NoMotion)?;
+                Self::Motion(Box::new(grid))
             }
             Mode::Input(trials) if trials.is_empty() => return Err(StudyError::NoTrials),
             Mode::Input(trials) => Self::Input(trials.clone()),
@@ -210,6 +210,7 @@ pub(super) fn each_trial(
 mod tests {
     use super::*;
     use crate::motion::{AxisRange, Motion};
+    use nalgebra::Point3;
     use trackwright_geometry::pose::Pose;
 
     fn grid(positions: usize, orientations: usize) -> Plan {
@@ -218,7 +219,7 @@ mod tests {
             Some(AxisRange { min: 0.0, max: (count as f64 - 1.0) / 64.0, step: 1.0 / 64.0 })
         };
         let motion = Motion { y: axis(positions), rz: axis(orientations), ..Motion::default() };
-        Plan::Motion(Box::new(motion.grid(&Pose::identity()).unwrap()))
+        Plan::Motion(Box::new(motion.grid(&Pose::identity(), &Point3::origin()).unwrap()))
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Few poses that stand for a range of motion: Gauss quadrature on its grid.
 
-use super::motion::{MotionError, MotionGrid, moved};
+use super::motion::{MotionError, MotionGrid};
 use super::scenario::Scenario;
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -50,12 +50,13 @@ impl PoseRule {
     /// # Errors
     /// See [`super::motion::Motion::grid`].
     pub fn gauss(scenario: &Scenario, most: usize) -> Result<Self, MotionError> {
-        let motion = scenario.motion.unwrap_or_default();
-        let counts = motion.grid(&scenario.crf_from_tool)?.counts();
+        let Some(grid) = scenario.motion_grid()? else { return Ok(Self::single(scenario)) };
+        let counts = grid.counts();
         let poses = |m: usize| counts.iter().fold(1_usize, |p, n| p.saturating_mul(m.min(*n)));
         let longest = counts.iter().copied().max().unwrap_or(1);
         let m = (1..=longest).take_while(|&m| poses(m) <= most).last();
-        let axes: Vec<Nodes> = motion
+        let axes: Vec<Nodes> = grid
+            .motion()
             .axes()
             .iter()
             .zip(counts)
@@ -79,7 +80,7 @@ impl PoseRule {
                     values[k] = value;
                     weight *= share;
                 }
-                (moved(&scenario.crf_from_tool, values), weight)
+                (grid.moved(values), weight)
             })
             .unzip();
         Ok(Self { poses, weights, run })

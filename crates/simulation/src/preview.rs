@@ -1,6 +1,6 @@
 //! A study of part of a range of motion: figures that follow the hand where the whole is too long.
 
-use super::motion::{MotionGrid, moved};
+use super::motion::MotionGrid;
 use super::scenario::{InputTrial, Mode, Scenario};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
@@ -32,26 +32,19 @@ pub struct Preview {
 /// A part of the scenario's range of motion, evenly spread over it; `None` where the whole is
 /// short enough or cannot be visited.
 pub fn preview(scenario: &Scenario) -> Option<Preview> {
-    let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
+    let grid = scenario.motion_grid().ok()??;
     let whole_trials = grid.trials();
     let (most, trials) = match scenario.environment.model.kind() {
         ModelKind::Simulated => (WHOLE_OF_SIMULATED, PREVIEW_OF_SIMULATED),
         _ => (WHOLE_UP_TO, PREVIEW_TRIALS),
     };
-    (whole_trials > most).then(|| Preview {
-        mode: Mode::Input(spread(scenario, &grid, trials, SHIFT)),
-        whole_trials,
-    })
+    (whole_trials > most)
+        .then(|| Preview { mode: Mode::Input(spread(&grid, trials, SHIFT)), whole_trials })
 }
 
 /// So many poses of the grid along a Sobol sequence, shifted around each axis by a part of it.
-pub fn spread(
-    scenario: &Scenario,
-    grid: &MotionGrid,
-    count: usize,
-    shift: [f64; 6],
-) -> std::sync::Arc<[InputTrial]> {
-    let axes = scenario.motion.unwrap_or_default().axes();
+pub fn spread(grid: &MotionGrid, count: usize, shift: [f64; 6]) -> std::sync::Arc<[InputTrial]> {
+    let axes = grid.motion().axes();
     let counts = grid.counts();
     Sobol::<f64>::new(6, &JoeKuoD6::minimal())
         .take(count)
@@ -63,7 +56,7 @@ pub fn spread(
                     range.min + index as f64 * range.step
                 })
             });
-            InputTrial::at(moved(&scenario.crf_from_tool, values))
+            InputTrial::at(grid.moved(values))
         })
         .collect()
 }

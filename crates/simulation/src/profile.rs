@@ -76,9 +76,7 @@ pub fn study_profiled(
     cancel: &CancelToken,
 ) -> Result<(Study, Option<Profile>), StudyError> {
     let grid = match mode {
-        Mode::Motion => {
-            scenario.motion.map(|motion| motion.grid(&scenario.crf_from_tool)).transpose()?
-        }
+        Mode::Motion => scenario.motion_grid()?,
         Mode::Single | Mode::Input(_) => None,
     };
     let trials = trial_count(scenario, mode).unwrap_or(1);
@@ -107,10 +105,7 @@ pub fn study_profiled(
 pub fn trial_count(scenario: &Scenario, mode: &Mode) -> Option<usize> {
     match mode {
         Mode::Single => Some(1),
-        Mode::Motion => {
-            let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
-            Some(grid.trials())
-        }
+        Mode::Motion => scenario.motion?.trials().ok(),
         Mode::Input(trials) => Some(trials.len()),
     }
 }
@@ -118,13 +113,10 @@ pub fn trial_count(scenario: &Scenario, mode: &Mode) -> Option<usize> {
 /// How far a trial of the range of motion is from the design's own pose, along the axes that have
 /// more than one value: mm for x, y, z, degrees for rx, ry, rz.
 pub fn trial_offsets(scenario: &Scenario, mode: &Mode, trial: usize) -> Vec<(&'static str, f64)> {
-    let (Mode::Motion, Some(motion)) = (mode, scenario.motion) else {
+    let (Mode::Motion, Ok(Some(grid))) = (mode, scenario.motion_grid()) else {
         return Vec::new();
     };
-    let Ok(grid) = motion.grid(&scenario.crf_from_tool) else {
-        return Vec::new();
-    };
-    let names = motion.axes().map(|(name, _)| name);
+    let names = grid.motion().axes().map(|(name, _)| name);
     let offsets = names.into_iter().zip(grid.offsets(trial));
     offsets.zip(grid.counts()).filter_map(|(offset, count)| (count > 1).then_some(offset)).collect()
 }

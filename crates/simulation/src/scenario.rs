@@ -1,7 +1,7 @@
 //! What a study is made of: plain data, every file read and every default decided.
 
 use super::metric::Metric;
-use super::motion::Motion;
+use super::motion::{Motion, MotionError, MotionGrid};
 use super::requirement::Requirement;
 use crate::body::RigidBody;
 use std::sync::Arc;
@@ -28,6 +28,15 @@ impl Scenario {
     pub fn judges(&self, mode: &Mode, metric: Metric) -> bool {
         let is_one_pose = matches!(mode, Mode::Single) && self.motion.is_some();
         !is_one_pose || metric.is_extreme()
+    }
+
+    /// The poses of the range of motion; nothing where there is none.
+    ///
+    /// # Errors
+    /// See [`Motion::counts`].
+    pub fn motion_grid(&self) -> Result<Option<MotionGrid>, MotionError> {
+        let tip_in_tool = self.tool.judged_tip_in_body();
+        self.motion.map(|motion| motion.grid(&self.crf_from_tool, &tip_in_tool)).transpose()
     }
 
     /// Where the design has its CRF; the tracker frame itself without one.

@@ -20,7 +20,6 @@
 
 use super::figures::reaches_tip;
 use super::metric::Statistics;
-use super::motion::moved;
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
 use super::trial::{Simulator, Trial, TrialBuffers};
@@ -47,7 +46,7 @@ const PIECE: usize = 96;
 /// What a bound is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RegionBasis {
-    /// The figure of the room's own field.
+    /// The figure of the room's model alone.
     OwnField,
     /// The upper end of the figure's 95 % interval, where the room keeps its measurements; elsewhere as
     /// [`Self::OwnField`].
@@ -58,7 +57,7 @@ pub enum RegionBasis {
 #[derive(Clone, Debug, PartialEq)]
 pub struct UsableRegion {
     /// Over the bounding box of the tracker's volume, or the model's box where that is not known:
-    /// the largest share of a bound that the figures of the room's own field use up, infinite where
+    /// the largest share of a bound that the figures of the room's model alone use up, infinite where
     /// each trial is left out, and beyond the volume where nothing depends on it.
     pub share: ScalarLattice,
     /// Likewise the upper ends of 95 % intervals, where they were found.
@@ -226,11 +225,10 @@ struct Buffers {
 
 /// Orientations `crf_from_tool` that are visited, and how many the motion has.
 pub fn rotations(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize), StudyError> {
-    let Some(motion) = scenario.motion else {
+    let Some(grid) = scenario.motion_grid()? else {
         return Ok((vec![scenario.crf_from_tool.rotation], 1));
     };
-    let grid = motion.grid(&scenario.crf_from_tool)?;
-    let (axes, counts) = (motion.axes(), grid.counts());
+    let (axes, counts) = (grid.motion().axes(), grid.counts());
     let angles = [3, 4, 5].map(|k| -> Vec<f64> {
         let few = counts[k].min(MOST_ANGLES);
         let index = |i: usize| match few {
@@ -246,7 +244,7 @@ pub fn rotations(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize
         for &y in ry {
             for &z in rz {
                 let values = [0.0, 0.0, 0.0, x, y, z];
-                orientations.push(moved(&scenario.crf_from_tool, values).rotation);
+                orientations.push(grid.moved(values).rotation);
             }
         }
     }

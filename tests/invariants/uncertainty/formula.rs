@@ -148,7 +148,7 @@ fn over_motion_each_pose_scatters_as_alone() {
     let scenario =
         Scenario { motion: Some(motion), ..on_head(alone(three_fives(), 60.0, grown), head()) };
     let over = over_motion(&scenario, &Task::default()).unwrap();
-    let grid = motion.grid(&scenario.crf_from_tool).unwrap();
+    let grid = scenario.motion_grid().unwrap().unwrap();
     let each: Vec<_> = (0..grid.trials())
         .map(|index| {
             let at = Scenario { crf_from_tool: grid.pose(index), ..scenario.clone() };

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardUniform};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 use trackwright_result::with_separators;
-use trackwright_simulation::motion::moved;
+use trackwright_simulation::motion::MotionGrid;
 use trackwright_simulation::{AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
 use trackwright_task::CancelToken;
 
@@ -151,15 +151,16 @@ impl Choice {
 /// A range of motion that can be sampled.
 struct Sampling<'a> {
     scenario: &'a Scenario,
-    motion: Motion,
-    counts: [usize; 6],
+    grid: MotionGrid,
 }
 
 impl<'a> Sampling<'a> {
     /// # Errors
     /// Why there is nothing to sample.
     fn new(scenario: &'a Scenario, motion: Motion) -> Result<Self, String> {
-        let grid = motion.grid(&scenario.crf_from_tool).map_err(|e| e.to_string())?;
+        let tip_in_tool = scenario.tool.judged_tip_in_body();
+        let grid = motion.grid(&scenario.crf_from_tool, &tip_in_tool);
+        let grid = grid.map_err(|e| e.to_string())?;
         match grid.trials() {
             0 | 1 => return Err("the design's range of motion is a single pose".to_owned()),
             trials if trials > MAX_GRID => {
@@ -170,11 +171,11 @@ impl<'a> Sampling<'a> {
             }
             _ => {}
         }
-        Ok(Self { scenario, motion, counts: grid.counts() })
+        Ok(Self { scenario, grid })
     }
 
     fn choices(&self) -> Vec<Choice> {
-        let trials: usize = self.counts.iter().product();
+        let trials = self.grid.trials();
         let grids = [1, 2, 4].map(|stride| Choice::Grid { stride });
         let counts = SOBOL_COUNTS.into_iter().filter(|&count| count < trials);
         grids.into_iter().chain(counts.map(|count| Choice::Sobol { count })).collect()
@@ -193,12 +194,12 @@ impl<'a> Sampling<'a> {
 
     /// The design's grid with longer steps.
     fn grid(&self, stride: usize) -> Poses {
-        let axes = self.motion.axes();
+        let axes = self.grid.motion().axes();
         let [x, y, z, rx, ry, rz] = std::array::from_fn(|k| {
             axes[k].1.map(|range| AxisRange { step: range.step * stride as f64, ..range })
         });
-        let motion = Motion { x, y, z, rx, ry, rz };
-        let count = motion.grid(&self.scenario.crf_from_tool).map_or(0, |g| g.trials());
+        let motion = Motion { x, y, z, rx, ry, rz, ..*self.grid.motion() };
+        let count = motion.trials().unwrap_or(0);
         let scenario = Scenario { motion: Some(motion), ..self.scenario.clone() };
         Poses { scenario, mode: Mode::Motion, count }
     }
@@ -207,12 +208,13 @@ impl<'a> Sampling<'a> {
     /// by bit, which leaves it as even as it is.
     fn sobol(&self, count: usize, of_grid: bool, rng: &mut ChaCha8Rng) -> Poses {
         let mask: [u32; 6] = std::array::from_fn(|_| StandardUniform.sample(rng));
-        let axes = self.motion.axes();
+        let axes = self.grid.motion().axes();
+        let counts = self.grid.counts();
         let params = JoeKuoD6::minimal();
         let trials = Sobol::<u32>::new(6, &params).take(count).map(|point| {
             let values = std::array::from_fn(|k| {
                 let Some(range) = axes[k].1 else { return 0.0 };
-                let cells = self.counts[k];
+                let cells = counts[k];
                 let part = (f64::from(point[k] ^ mask[k]) + 0.5) / 2.0_f64.powi(32);
                 if cells < 2 {
                     range.min
@@ -222,7 +224,7 @@ impl<'a> Sampling<'a> {
                     range.min + part * (range.max - range.min)
                 }
             });
-            InputTrial::at(moved(&self.scenario.crf_from_tool, values))
+            InputTrial::at(self.grid.moved(values))
         });
         let mode = Mode::Input(trials.collect());
         Poses { scenario: self.scenario.clone(), mode, count }

@@ -4,7 +4,8 @@ use super::*;
 use crate::test_cases::assert_refused;
 use trackwright_design::SlideFigure;
 use trackwright_design::view::{AxisRule, CameraView, CoilDepth, Layers, Magnification};
-use trackwright_simulation::Metric;
+use trackwright_geometry::pose::Pose;
+use trackwright_simulation::{Metric, Pivot};
 
 const EXAMPLE: &str = r#"(
     version: 1,
@@ -109,7 +110,11 @@ fn what_is_written_reads_back() {
     }
     let text = write(&design);
     assert_eq!(parse(text.as_bytes()).unwrap(), design, "{text}");
-    assert!(!text.contains("Some("), "{text}");
+    assert!(!text.contains("Some(") && !text.contains("pivot"), "{text}");
+    for pivot in [Pivot::Tip, Pivot::Body([0.1, -2.0, 3.5]), Pivot::Reference([1e-3, 0.0, -9.0])] {
+        design.design.motion.as_mut().unwrap().pivot = pivot;
+        assert_eq!(parse(write(&design).as_bytes()).unwrap(), design);
+    }
     design.design.crf = None;
     design.design.motion = None;
     design.design.requirement = None;

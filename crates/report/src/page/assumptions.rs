@@ -180,7 +180,8 @@ fn of_study(report: &Report) -> Vec<Fact> {
         OutsidePolicy::Extrapolate => "the polynomials are used as they are",
         OutsidePolicy::Reject => "its position is left out",
     };
-    vec![
+    let pivot = pivot(report).map(|pivot| fact("turns about", pivot));
+    let mut facts = vec![
         fact("poses", mode),
         fact("positions", with_separators(figures.trials)),
         fact("a sensor outside the model's box", outside),
@@ -193,14 +194,30 @@ fn of_study(report: &Report) -> Vec<Fact> {
             },
         ),
         fact("random numbers", "none, so there is no seed: the same files give the same figures"),
-    ]
+    ];
+    facts.splice(1..1, pivot);
+    facts
+}
+
+/// The range of motion that is studied.
+fn studied(report: &Report) -> Option<Motion> {
+    let study = &report.study;
+    study.scenario.motion.filter(|_| matches!(study.mode, Mode::Motion))
+}
+
+/// What the turns are about, if there are any.
+fn pivot(report: &Report) -> Option<String> {
+    let motion = studied(report)?;
+    motion.axes()[3..].iter().find(|(_, range)| range.is_some())?;
+    let words = motion.pivot.words("tool", report.reference());
+    Some(match motion.pivot.point() {
+        None => words,
+        Some([x, y, z]) => format!("{words}, at ({x}, {y}, {z})\u{2009}mm").replace('-', "−"),
+    })
 }
 
 fn motion(report: &Report) -> Markup {
-    let motion = match (&report.study.mode, report.study.scenario.motion) {
-        (Mode::Motion, Some(motion)) => motion,
-        _ => return html! {},
-    };
+    let Some(motion) = studied(report) else { return html! {} };
     let head = ["axis", "from", "to", "step"].map(str::to_owned);
     html! { (table_of(&head, &axes(&motion, report.reference()), "data motion")) }
 }

@@ -82,7 +82,7 @@ pub fn worst_pose(scenario: &Scenario, mode: &Mode, trial: &InputTrial) -> Worst
 
 /// Whether the range of motion has more than one position, and more than one orientation.
 fn axes_that_move(scenario: &Scenario) -> (bool, bool) {
-    let grid = scenario.motion.and_then(|motion| motion.grid(&scenario.crf_from_tool).ok());
+    let grid = scenario.motion_grid().ok().flatten();
     grid.map_or((false, false), |grid| {
         let orientations = grid.orientations();
         (grid.trials() > orientations, orientations > 1)

@@ -1,7 +1,7 @@
 //! A design's figures between the poses of its grid, and in other fields that its room might have.
 
 use crate::metric::{MetricValues, values_of_errors, values_of_spread};
-use crate::motion::{AxisRange, moved};
+use crate::motion::AxisRange;
 use crate::run::{StudyError, is_rejected, run};
 use crate::scenario::{InputTrial, Mode, Scenario};
 use rand_chacha::ChaCha8Rng;
@@ -52,7 +52,8 @@ pub fn range_trials(
     each: usize,
     seed: u64,
 ) -> Vec<Vec<InputTrial>> {
-    let axes = scenario.motion.unwrap_or_default().axes();
+    let Ok(Some(grid)) = scenario.motion_grid() else { return Vec::new() };
+    let axes = grid.motion().axes();
     if !axes.iter().any(|(_, range)| range.is_some_and(moves)) {
         return Vec::new();
     }
@@ -69,7 +70,7 @@ pub fn range_trials(
                     false => range.min,
                 }
             });
-            InputTrial::at(moved(&scenario.crf_from_tool, offsets))
+            InputTrial::at(grid.moved(offsets))
         });
         trials.collect()
     };

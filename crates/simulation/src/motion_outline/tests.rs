@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::body::Sensor;
+use crate::pivot::Pivot;
 use nalgebra::UnitQuaternion;
 use trackwright_geometry::bounds::Bounds;
 
@@ -32,9 +33,9 @@ fn outline_of(motion: &Motion, tool: &RigidBody) -> MotionOutline {
 }
 
 /// Where each trial has a point of the tool, tracker frame.
-fn trials(motion: &Motion, point_in_tool: Point3<f64>) -> Vec<Point3<f64>> {
+fn trials(motion: &Motion, tool: &RigidBody, point_in_tool: Point3<f64>) -> Vec<Point3<f64>> {
     let (crf_from_tool, tracker_from_crf) = poses();
-    let grid = motion.grid(&crf_from_tool).unwrap();
+    let grid = motion.grid(&crf_from_tool, &tool.judged_tip_in_body()).unwrap();
     (0..grid.trials()).map(|trial| tracker_from_crf * grid.pose(trial) * point_in_tool).collect()
 }
 
@@ -54,7 +55,7 @@ fn box_corners_are_tip_positions_of_extreme_trials() {
     let tip = [3.0, -4.0, 5.0];
     let outline = outline_of(&motion, &tool(tip));
     assert_eq!(outline.edges.len(), 12);
-    let tips = trials(&motion, tip.into());
+    let tips = trials(&motion, &tool(tip), tip.into());
     let (_, tracker_from_crf) = poses();
     let in_crf = |p: &Point3<f64>| tracker_from_crf.inverse() * p;
     let around = |points: Vec<Point3<f64>>| Bounds::around(points.iter().map(in_crf)).unwrap();
@@ -87,7 +88,7 @@ fn fixed_axes_reduce_the_box_to_a_rectangle_or_line() {
     for (motion, edges, handles) in [(flat, 4, 4), (line, 1, 2), (still, 0, 0)] {
         let outline = outline_of(&motion, &tool([0.0; 3]));
         assert_eq!((outline.edges.len(), outline.handles.len()), (edges, handles));
-        let tips = trials(&motion, Point3::origin());
+        let tips = trials(&motion, &tool([0.0; 3]), Point3::origin());
         let ends = outline.edges.iter().flatten();
         assert!(ends.into_iter().all(|end| has(&tips, end)));
     }
@@ -95,25 +96,46 @@ fn fixed_axes_reduce_the_box_to_a_rectangle_or_line() {
 
 #[test]
 fn arc_ends_are_tip_positions_at_extreme_angles() {
+    let pivots =
+        [Pivot::Origin, Pivot::Body([5.0, -60.0, 10.0]), Pivot::Reference([9.0, 8.0, 7.0])];
     for (axis, name) in [(3, "rx"), (4, "ry"), (5, "rz")] {
-        let motion = Motion::default().with_axis(axis, range(-30.0, 50.0, 20.0));
-        let tip = [30.0, -40.0, 55.0];
-        let outline = outline_of(&motion, &tool(tip));
-        let tips = trials(&motion, tip.into());
-        let fan = &outline.fans[0];
-        assert_eq!((fan.axis, outline.fans.len()), (axis, 1));
-        let ends = [fan.arc[0], fan.arc[fan.arc.len() - 1]];
-        assert!((ends[0] - tips[0]).norm() < 1e-9, "{name}");
-        assert!((ends[1] - tips[4]).norm() < 1e-9, "{name}");
-        assert_eq!(fan.spokes.len(), 5);
-        for ([_, end], tip) in fan.spokes.iter().zip(&tips) {
-            assert!((end - tip).norm() < 1e-9);
+        for pivot in pivots {
+            let motion = Motion { pivot, ..Motion::default() };
+            let motion = motion.with_axis(axis, range(-30.0, 50.0, 20.0));
+            let tip = [30.0, -40.0, 55.0];
+            let outline = outline_of(&motion, &tool(tip));
+            let tips = trials(&motion, &tool(tip), tip.into());
+            let fan = &outline.fans[0];
+            assert_eq!((fan.axis, outline.fans.len()), (axis, 1));
+            let ends = [fan.arc[0], fan.arc[fan.arc.len() - 1]];
+            assert!((ends[0] - tips[0]).norm() < 1e-9, "{name}");
+            assert!((ends[1] - tips[4]).norm() < 1e-9, "{name}");
+            assert_eq!(fan.spokes.len(), 5);
+            for ([_, end], tip) in fan.spokes.iter().zip(&tips) {
+                assert!((end - tip).norm() < 1e-9);
+            }
+            for (handle, end) in outline.handles.iter().zip(&ends) {
+                assert!((handle.at_mm - end).norm() < 1e-9);
+            }
+            assert!(outline.edges.is_empty() && outline.stems.is_empty());
         }
-        for (handle, end) in outline.handles.iter().zip(&ends) {
-            assert!((handle.at_mm - end).norm() < 1e-9);
-        }
-        assert!(outline.edges.is_empty() && outline.stems.is_empty());
     }
+}
+
+#[test]
+fn a_moved_pivot_is_where_it_was_moved_to() {
+    let (crf_from_tool, tracker_from_crf) = poses();
+    let there = Point3::new(-31.0, 4.0, -270.0);
+    let in_crf = tracker_from_crf.inverse() * there;
+    let turns = Motion { ry: range(-10.0, 10.0, 10.0), ..Motion::default() };
+    for pivot in [Pivot::Origin, Pivot::Tip, Pivot::Body([1.0; 3]), Pivot::Reference([1.0; 3])] {
+        let moved = pivot.moved_to(&in_crf, &crf_from_tool);
+        let is_of_reference = |pivot| matches!(pivot, Pivot::Reference(_));
+        assert_eq!(is_of_reference(moved), is_of_reference(pivot));
+        let outline = outline_of(&Motion { pivot: moved, ..turns }, &tool([3.0, 2.0, 80.0]));
+        assert!((outline.pivot_mm.unwrap() - there).norm() < 1e-9, "{pivot:?}");
+    }
+    assert_eq!(outline_of(&Motion::default(), &tool([0.0; 3])).pivot_mm, None);
 }
 
 #[test]
@@ -121,7 +143,7 @@ fn a_fan_of_a_fixed_tip_shows_the_farthest_sensor() {
     let motion = Motion { rx: range(-10.0, 10.0, 10.0), ..Motion::default() };
     let mut tool = tool([0.0; 3]);
     let sensor = tool.sensors[0].position_in_body;
-    let ends = trials(&motion, sensor);
+    let ends = trials(&motion, &tool, sensor);
     let outline = outline_of(&motion, &tool);
     assert!((outline.fans[0].arc[0] - ends[0]).norm() < 1e-9);
     // Without one the angle is shown all the same.

@@ -80,7 +80,7 @@ pub struct ExpectedTip {
 }
 
 impl Placement {
-    /// The expected tip RMS where it is known, else that of the room's own field.
+    /// The expected tip RMS where it is known, else that of the room's model alone.
     pub fn shown_mm(&self) -> Option<f64> {
         self.expected.map_or(self.tip_rms_mm, |expected| Some(expected.rms_mm))
     }
@@ -195,7 +195,7 @@ pub(super) struct Study {
 
 impl Study {
     pub fn new(scenario: &Scenario) -> Result<Self, MotionError> {
-        let Some(motion) = scenario.motion else {
+        let Some(grid) = scenario.motion_grid()? else {
             return Ok(Self {
                 trials: 1,
                 many: PoseRule::single(scenario),
@@ -204,7 +204,6 @@ impl Study {
                 corners: vec![scenario.crf_from_tool],
             });
         };
-        let grid = motion.grid(&scenario.crf_from_tool)?;
         let is_whole = grid.trials() <= WHOLE_UP_TO;
         Ok(Self {
             trials: grid.trials(),

@@ -202,15 +202,14 @@ impl<'a> BuiltStudy<'a> {
 /// The poses of the design's study, or of a part of a long one, in runs of one orientation, and how
 /// long those are.
 fn poses(scenario: &Scenario) -> Result<(Vec<Pose>, usize), MotionError> {
-    let Some(motion) = scenario.motion else {
+    let Some(grid) = scenario.motion_grid()? else {
         return Ok((vec![scenario.crf_from_tool], 1));
     };
-    let grid = motion.grid(&scenario.crf_from_tool)?;
     if grid.trials() <= WHOLE_UP_TO {
         let rule = PoseRule::whole(&grid);
         return Ok((rule.poses, rule.run));
     }
-    let part = spread(scenario, &grid, PART_OF_LONG, SHIFT);
+    let part = spread(&grid, PART_OF_LONG, SHIFT);
     Ok((part.iter().map(|t| t.crf_from_tool).collect(), 1))
 }
 

@@ -49,8 +49,7 @@ pub fn over_motion(
     scenario: &Scenario,
     task: &Task,
 ) -> Result<MotionUncertainty, UncertaintyError> {
-    let motion = scenario.motion.ok_or(UncertaintyError::NoMotion)?;
-    let grid = motion.grid(&scenario.crf_from_tool)?;
+    let grid = scenario.motion_grid()?.ok_or(UncertaintyError::NoMotion)?;
     let scatter = Scatter::new(scenario)?;
     let trials = grid.trials();
     let mut values = Vec::new();
