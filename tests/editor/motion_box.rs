@@ -9,9 +9,12 @@ use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::requests::{ActiveDrag, EditRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::motion::MotionBall;
+use trackwright_editor::layers::pivot_ball::PivotBall;
 use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
+use trackwright_editor::viewport::ball_handle::BallHandle;
 use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_simulation::motion_outline::{HandlePath, MotionHandle, RangeEnd};
+use trackwright_simulation::{Motion, Pivot, shaft_in_body};
 
 /// The axes of the built-in design, each with the same ranges.
 const SHIFT_STEP_MM: f64 = 20.0;
@@ -19,6 +22,7 @@ const TURN_STEP_DEG: f64 = 15.0;
 
 const LINES: &str = "range of motion";
 const BALL: &str = "motion handle";
+const PIVOT: &str = "pivot handle";
 
 /// With the layer on.
 fn pointer() -> SimulatedPointer {
@@ -76,8 +80,7 @@ fn with_upper_end(before: &Design, axis: usize, by: f64) -> Design {
 }
 
 fn trials(design: &Design) -> usize {
-    let grid = design.motion.unwrap().grid(&design.tool.crf_from_tool);
-    grid.unwrap().trials()
+    design.motion.unwrap().trials().unwrap()
 }
 
 #[test]
@@ -188,4 +191,83 @@ fn balls_need_the_layer_and_a_motion() {
     pointer.request(EditRequest::Apply(Edit::SetMotion(None)));
     settle(&mut pointer.app);
     assert_eq!(there(&mut pointer), (0, 0));
+}
+
+/// Of the ball in the scene.
+fn pivot_mm(pointer: &mut SimulatedPointer) -> Point3<f64> {
+    let world = pointer.app.world_mut();
+    let mut balls = world.query_filtered::<&BallHandle, With<PivotBall>>();
+    balls.single(world).unwrap().at_mm
+}
+
+/// What trials without a shift leave where it is, tracker frame.
+fn fixed_mm(design: &Design) -> Point3<f64> {
+    let tool = &design.tool;
+    let motion = design.motion.unwrap();
+    let tip_in_tool = tool.body.rigid.judged_tip_in_body();
+    let in_tool = motion.pivot.in_body(&tip_in_tool, &tool.crf_from_tool);
+    let grid = motion.grid(&tool.crf_from_tool, &tip_in_tool).unwrap();
+    let turned = grid.moved([0.0, 0.0, 0.0, 20.0, -10.0, 5.0]) * in_tool;
+    assert!((turned - tool.crf_from_tool * in_tool).norm() < 1e-9);
+    design.tracker_from_body(BodyRole::Crf).unwrap() * turned
+}
+
+#[test]
+fn a_dragged_pivot_stays_what_it_is_a_point_of() {
+    for pivot in [Pivot::Origin, Pivot::Tip, Pivot::Reference([-10.0, 5.0, 60.0])] {
+        let mut pointer = pointer();
+        let motion = Motion { pivot, ..pointer.design().motion.unwrap() };
+        pointer.request(EditRequest::Apply(Edit::SetMotion(Some(motion))));
+        settle(&mut pointer.app);
+        let before = pointer.design();
+        let from_mm = pivot_mm(&mut pointer);
+        assert!((from_mm - fixed_mm(&before)).norm() < 1e-9);
+        let (at, by) = (pixel(&pointer, &from_mm), Vec2::new(-30.0, -45.0));
+        pointer.drag(at, by, PointerButton::Primary);
+        let text = pointer.resource::<DragReadout>().0.clone().unwrap().text;
+        pointer.release(at + by, PointerButton::Primary);
+        settle(&mut pointer.app);
+        let after = pointer.design();
+        let moved = after.motion.unwrap().pivot;
+        match pivot {
+            Pivot::Reference(_) => assert!(matches!(moved, Pivot::Reference(_))),
+            _ => assert!(matches!(moved, Pivot::Body(_))),
+        }
+        assert!(text.starts_with("pivot at ") && text.contains("mm of the "), "{text}");
+        let to_mm = pivot_mm(&mut pointer);
+        assert!((to_mm - fixed_mm(&after)).norm() < 1e-9);
+        assert!((pixel(&pointer, &to_mm) - (at + by)).length() < 1.0);
+        assert_eq!(pointer.undo_label().as_deref(), Some("Move pivot"));
+        pointer.request(EditRequest::Undo);
+        assert_eq!(pointer.design(), before);
+    }
+}
+
+#[test]
+fn with_control_a_pivot_stays_on_the_shaft() {
+    let mut pointer = pointer();
+    let body = pointer.design().tool.body.rigid;
+    let (tip, shaft) = (body.judged_tip_in_body(), shaft_in_body(&body).unwrap());
+    let tracker_from_tool = pointer.design().tracker_from_body(BodyRole::Tool).unwrap();
+    let from_mm = pivot_mm(&mut pointer);
+    let to_mm = tracker_from_tool * (tip + *shaft * 40.0);
+    let at = pixel(&pointer, &from_mm);
+    let by = pixel(&pointer, &to_mm) - at + Vec2::new(6.0, 0.0);
+    pointer.hold(KeyCode::ControlLeft);
+    pointer.drag(at, by, PointerButton::Primary);
+    pointer.release(at + by, PointerButton::Primary);
+    let pivot = Point3::from(pointer.design().motion.unwrap().pivot.point().unwrap());
+    assert!((pivot - tip).cross(&shaft).norm() < 1e-9, "{pivot}");
+    assert!(((pivot - tip).dot(&shaft) - 40.0).abs() < 10.0, "{pivot}");
+}
+
+#[test]
+fn a_range_without_turns_has_no_pivot() {
+    let mut pointer = pointer();
+    assert_eq!(named(&mut pointer.app, PIVOT), 1);
+    let motion = pointer.design().motion.unwrap();
+    let shifts = (3..6).fold(motion, |motion, axis| motion.with_axis(axis, None));
+    pointer.request(EditRequest::Apply(Edit::SetMotion(Some(shifts))));
+    settle(&mut pointer.app);
+    assert_eq!(named(&mut pointer.app, PIVOT), 0);
 }

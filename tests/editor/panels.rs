@@ -29,15 +29,14 @@ use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::baseline::Change;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
-use trackwright_editor::workspaces::design::motion_ui::motion_ui;
 use trackwright_editor::workspaces::design::outliner::outliner_ui;
 use trackwright_editor::workspaces::design::outliner_row::OutlinerView;
 use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    CoilFinding, CoilMisfit, Metric, Mode, Requirement, SensorOrientation, figure_rows,
-    simulate_pose,
+    CoilFinding, CoilMisfit, Metric, Mode, Motion, Pivot, Requirement, SensorOrientation,
+    figure_rows, simulate_pose,
 };
 
 /// A panel at the side of the window, and what it requests.
@@ -170,8 +169,45 @@ fn angles_are_typed_in_degrees() {
 #[test]
 fn the_range_of_motion_shows_its_number_of_poses() {
     let design = design();
-    let (harness, _) = harness(|ui| motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
+    let (harness, _) = inspector(&design, None);
     harness.get_by_label("15 poses");
+}
+
+#[test]
+fn the_pivot_is_chosen_and_typed() {
+    let design = design();
+    for (choice, pivot) in [
+        ("the tool's tip", Pivot::Tip),
+        ("a point of the tool", Pivot::on_shaft(&design.tool.body.rigid)),
+        ("a point of the CRF", Pivot::Reference([0.0; 3])),
+    ] {
+        let (mut harness, requests) = inspector(&design, None);
+        let role = egui::accesskit::Role::ComboBox;
+        harness.get_by_role_and_label(role, "turns about").click();
+        harness.run_steps(3);
+        harness.get_by_label(choice).click();
+        harness.run_steps(3);
+        let motion = Motion { pivot, ..design.motion.unwrap() };
+        let set = DesignAction::apply(Edit::SetMotion(Some(motion)));
+        assert_eq!(requests.borrow().as_slice(), [set]);
+    }
+    // One that is new turns about the tip, and a point has three fields.
+    let still = Design { motion: None, ..design.clone() };
+    let (mut harness, requests) = inspector(&still, None);
+    harness.get_by_label("rx").click();
+    harness.run_steps(3);
+    let [DesignAction::Edit(EditRequest::Apply(Edit::SetMotion(Some(new))))] =
+        requests.borrow()[..]
+    else {
+        panic!("{:?}", requests.borrow())
+    };
+    assert_eq!(new.pivot, Pivot::Tip);
+    let motion = Motion { pivot: Pivot::Body([1.0, 2.0, 3.0]), ..new };
+    let about = Design { motion: Some(motion), ..design.clone() };
+    let (harness, _) = inspector(&about, None);
+    for axis in ["x", "y", "z"] {
+        harness.get_by_label(&format!("pivot {axis} in mm"));
+    }
 }
 
 pub fn of_results(results: &Results) -> ResultView<'_> {
@@ -209,7 +245,7 @@ fn the_result_shows_the_commands_digits() {
     assert_eq!(harness.query_all_by_label_contains("✖ missed: ").count(), 1);
     // The paper's simulation, which is folded.
     assert_eq!(harness.query_all_by_label("angle error mean").count(), 0);
-    harness.get_by_label("Room's own field").click();
+    harness.get_by_label("Room's model alone").click();
     harness.run_steps(20);
     for label in ["tip error RMS", "tip error max", "angle error mean"] {
         let row = rows.iter().find(|row| row.label == label).unwrap();

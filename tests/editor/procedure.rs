@@ -180,7 +180,7 @@ fn from_an_empty_design_to_a_decided_tool() {
 
     // 4. The tool over its motion, against the first draft of itself.
     let [shift, turn] = [20.0, 30.0].map(|reach| steps(reach, 2.0));
-    let motion = Motion { x: shift, y: shift, z: shift, rx: turn, ry: turn, rz: None };
+    let motion = Motion { x: shift, y: shift, z: shift, rx: turn, ry: turn, ..Motion::default() };
     edit(&mut app, Edit::SetMotion(Some(motion)));
     let requirement = Requirement::at_most([(Metric::TIP_RMS, 0.4), (Metric::TIP_MAX, 0.7)]);
     edit(&mut app, Edit::SetRequirement(Some(requirement)));

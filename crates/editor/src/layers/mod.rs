@@ -12,6 +12,7 @@ pub mod legend_entries;
 pub mod magnification;
 pub mod motion;
 pub mod mounting;
+pub mod pivot_ball;
 pub mod placement;
 pub mod probe;
 pub mod region;

@@ -6,6 +6,7 @@
 //! panel beside the scene shows the motion's numbers; not in the Field workspace, which is about the
 //! room; and not while a trial is shown, which has the tool elsewhere.
 
+use super::pivot_ball::{PivotBall, place_pivot};
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
 use crate::document::shown::ShownDesign;
@@ -20,7 +21,6 @@ use crate::widgets::basic::{THIN_SPACE, counted, signed};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use trackwright_design::Edit;
-use trackwright_geometry::pose::Pose;
 use trackwright_scene::shapes::outline_of;
 use trackwright_simulation::Motion;
 use trackwright_simulation::motion_outline::{HeldEnd, MotionHandle, MotionOutline, RangeEnd};
@@ -45,14 +45,15 @@ pub struct Grip<'w> {
 
 impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(scene_drag::plugin::<MotionBall>)
-            .add_systems(Update, place_balls.run_if(is_due).in_set(EditorSystems::Draw));
+        let place = (place_balls, place_pivot).run_if(is_due).in_set(EditorSystems::Draw);
+        app.add_plugins((scene_drag::plugin::<MotionBall>, scene_drag::plugin::<PivotBall>))
+            .add_systems(Update, place);
     }
 }
 
 /// What balls are placed by.
 #[derive(SystemParam)]
-struct Shown<'w> {
+pub(super) struct Shown<'w> {
     world: Option<Res<'w, OpenWorld>>,
     design: Option<Res<'w, ShownDesign>>,
     selection: Res<'w, Selection>,
@@ -62,7 +63,7 @@ struct Shown<'w> {
 
 impl Shown<'_> {
     /// `None` while the layer is off, and where there is no motion that can be visited.
-    fn outline(&self) -> Option<MotionOutline> {
+    pub(super) fn outline(&self) -> Option<MotionOutline> {
         let document = &self.world.as_ref()?.0.document;
         // It is where the design has the bodies, not where a tracker has them.
         if self.workspace.shows_live {
@@ -74,7 +75,7 @@ impl Shown<'_> {
         }
     }
 
-    fn has_balls(&self) -> bool {
+    pub(super) fn has_balls(&self) -> bool {
         self.presentation.window
             && self.workspace.edits_design
             && self.selection.primary().is_none()
@@ -157,8 +158,8 @@ fn readout_text(handle: &MotionHandle, motion: &Motion) -> String {
         RangeEnd::Min => "from",
         RangeEnd::Max => "to",
     };
-    let poses = match motion.grid(&Pose::identity()) {
-        Ok(grid) => counted(grid.trials(), "pose", "poses"),
+    let poses = match motion.trials() {
+        Ok(trials) => counted(trials, "pose", "poses"),
         // The document reports why it refuses.
         Err(_) => "too many poses".to_owned(),
     };

@@ -4,7 +4,7 @@
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
-use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
+use crate::workspaces::design::motion_ui::{MotionOf, motion_ui, requirement_ui};
 use crate::workspaces::design::rows::{text_row_ui, vector_ui};
 use bevy_egui::egui::Ui;
 use nalgebra::Point3;
@@ -30,7 +30,8 @@ pub fn crf_study_ui(ui: &mut Ui, crf: &CrfPlacement, actions: &mut Vec<DesignAct
         actions.push(DesignAction::apply(Edit::AddTarget(new_target(crf))));
     }
     actions.extend(requirement_ui(ui, BodyRole::Crf, crf.requirement.as_ref()));
-    actions.extend(motion_ui(ui, BodyRole::Crf, crf.motion.as_ref()));
+    let of = MotionOf { role: BodyRole::Crf, body: &crf.body.rigid, reference_word: "tracker" };
+    actions.extend(motion_ui(ui, &of, crf.motion.as_ref()));
 }
 
 fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<DesignAction>) {

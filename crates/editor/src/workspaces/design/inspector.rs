@@ -10,7 +10,7 @@ use crate::workspaces::design::anatomy_ui::anatomy_ui;
 use crate::workspaces::design::chosen_sensors::ChosenSensors;
 use crate::workspaces::design::crf_study_ui::crf_study_ui;
 use crate::workspaces::design::metal_ui::metal_ui;
-use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
+use crate::workspaces::design::motion_ui::{MotionOf, motion_ui, requirement_ui};
 use crate::workspaces::design::rows::{right_ui, rotation_ui, row_ui, text_row_ui, vector_ui};
 use crate::workspaces::design::sensor_numbers::sensor_numbers_ui;
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_buttons_ui};
@@ -58,7 +58,12 @@ fn design_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAct
     }
     weight_ui(ui, inspector, actions);
     actions.extend(requirement_ui(ui, BodyRole::Tool, design.requirement.as_ref()));
-    actions.extend(motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
+    let tool = MotionOf {
+        role: BodyRole::Tool,
+        body: &design.tool.body.rigid,
+        reference_word: if design.crf.is_some() { "CRF" } else { "tracker" },
+    };
+    actions.extend(motion_ui(ui, &tool, design.motion.as_ref()));
 }
 
 fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAction>) {

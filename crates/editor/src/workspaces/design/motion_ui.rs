@@ -3,10 +3,10 @@
 use crate::widgets::basic::{NumberField, counted, number_ui, quiet_ui, section_ui, warning_ui};
 use crate::widgets::tooltip::checkbox_ui;
 use crate::workspaces::design::actions::{DesignAction, number_edits};
+use crate::workspaces::design::pivot_ui::pivot_ui;
 use bevy_egui::egui::{self, Ui, vec2};
 use trackwright_design::{BodyRole, Edit};
-use trackwright_geometry::pose::Pose;
-use trackwright_simulation::{AxisRange, ErrorOf, Metric, Motion, Requirement};
+use trackwright_simulation::{AxisRange, ErrorOf, Metric, Motion, Pivot, Requirement, RigidBody};
 
 /// Width of a field; three stand in a row.
 const NARROW: f32 = 66.0;
@@ -29,11 +29,38 @@ const AXES: [(&str, bool, AxisOf); 6] = [
 const NEW_SHIFT: AxisRange = AxisRange { min: -50.0, max: 50.0, step: 50.0 };
 const NEW_TURN: AxisRange = AxisRange { min: -45.0, max: 45.0, step: 45.0 };
 
-/// Draws the six axes of the design's motion, or of the CRF's own study, and how many poses they make.
-pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<DesignAction> {
+/// What a range of motion is of: the design's tool, or the CRF in its own study.
+pub(crate) struct MotionOf<'a> {
+    pub role: BodyRole,
+    pub body: &'a RigidBody,
+    /// What the body moves in, in a word.
+    pub reference_word: &'static str,
+}
+
+impl MotionOf<'_> {
+    pub(crate) fn body_word(&self) -> &'static str {
+        match self.role {
+            BodyRole::Tool => "tool",
+            BodyRole::Crf => "CRF",
+        }
+    }
+
+    pub(crate) fn edit(&self, motion: Motion) -> Edit {
+        let motion = (!motion.is_still()).then_some(motion);
+        match self.role {
+            BodyRole::Tool => Edit::SetMotion(motion),
+            BodyRole::Crf => Edit::SetCrfMotion(motion),
+        }
+    }
+}
+
+/// Draws the six axes of a motion, how many poses they make, and what turns are about.
+pub(crate) fn motion_ui(ui: &mut Ui, of: &MotionOf, motion: Option<&Motion>) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Range of motion");
-    let motion_before = motion.copied().unwrap_or_default();
+    // A new one turns about the tip: about an origin in its grip the tip would sweep aside.
+    let new = Motion { pivot: Pivot::Tip, ..Motion::default() };
+    let motion_before = motion.copied().unwrap_or(new);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.allocate_space(vec2(AXIS_WIDTH, 1.0));
@@ -48,9 +75,14 @@ pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<Desi
     for (name, is_shift, axis_of) in AXES {
         axis_ui(ui, (of, motion_before), name, is_shift, axis_of, &mut actions);
     }
-    match motion.map(|m| m.grid(&Pose::identity())) {
+    if let Some(motion) = motion
+        && [motion.rx, motion.ry, motion.rz].iter().any(Option::is_some)
+    {
+        pivot_ui(ui, of, motion, &mut actions);
+    }
+    match motion.map(Motion::trials) {
         None => quiet_ui(ui, "Does not move: judged at its own pose"),
-        Some(Ok(grid)) => quiet_ui(ui, counted(grid.trials(), "pose", "poses")),
+        Some(Ok(trials)) => quiet_ui(ui, counted(trials, "pose", "poses")),
         Some(Err(error)) => warning_ui(ui, &error.to_string()),
     };
     actions
@@ -58,7 +90,7 @@ pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<Desi
 
 fn axis_ui(
     ui: &mut Ui,
-    (of, motion): (BodyRole, Motion),
+    (of, motion): (&MotionOf, Motion),
     name: &str,
     is_shift: bool,
     axis_of: AxisOf,
@@ -67,11 +99,7 @@ fn axis_ui(
     let with = |range: Option<AxisRange>| {
         let mut after = motion;
         *axis_of(&mut after) = range;
-        let after = (after != Motion::default()).then_some(after);
-        match of {
-            BodyRole::Tool => Edit::SetMotion(after),
-            BodyRole::Crf => Edit::SetCrfMotion(after),
-        }
+        of.edit(after)
     };
     let mut before = motion;
     let range = *axis_of(&mut before);
