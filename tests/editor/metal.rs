@@ -22,12 +22,15 @@ use trackwright_editor::runner::results::Results;
 use trackwright_editor::scene::generator::CoilLines;
 use trackwright_editor::scene::metal::MetalRoot;
 use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand};
-use trackwright_editor::shell::window::{PointerHint, ViewportRect};
+use trackwright_editor::shell::window::{PointerHint, ViewportRect, Workspace};
+use trackwright_editor::viewport::ball_handle::BallHandle;
 use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_editor::viewport::commands::ViewportCommandsPlugin;
 use trackwright_editor::viewport::gizmo::gizmo_of;
 use trackwright_editor::viewport::sensor_commands::SensorCommand;
 use trackwright_editor::workspaces::design::actions::DesignAction;
+use trackwright_editor::workspaces::design::metal_distance::MetalDistancePlugin;
+use trackwright_editor::workspaces::design::metal_distance_mark::LeastDistanceMark;
 use trackwright_editor::workspaces::design::metal_facts_ui::{MetalFacts, metal_facts_ui};
 use trackwright_editor::workspaces::design::metal_ui::metal_ui;
 use trackwright_editor::workspaces::design::outliner::outliner_ui;
@@ -41,12 +44,17 @@ use trackwright_metal::setup::{
     MaterialTolerance, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 use trackwright_project::MeshOwner;
-use trackwright_simulation::Metric;
+use trackwright_simulation::{Metric, Requirement, Verdict};
 
 fn metal_app() -> App {
+    metal_app_with(|_| ())
+}
+
+fn metal_app_with(add: impl FnOnce(&mut App)) -> App {
     let mut app = create_scene_app_with(|app| {
         let commands = (CommandsPlugin, DocumentCommandsPlugin, ViewportCommandsPlugin);
         app.add_plugins((MetalPlugin, MeshesPlugin, BodyFilesPlugin, commands));
+        add(app);
     });
     settle_metal(&mut app);
     app
@@ -98,7 +106,10 @@ fn tip_rms_mm(app: &App) -> Option<f64> {
 
 /// A plate with few triangles, so that tests are quick, where it disturbs the volume.
 fn plate_app() -> App {
-    let mut app = metal_app();
+    with_plate(metal_app())
+}
+
+fn with_plate(mut app: App) -> App {
     run(&mut app, ADD_METAL[0].1.name);
     let object = objects(&app)[0].clone();
     let near = Pose::translation(380.0, 0.0, -250.0);
@@ -287,6 +298,48 @@ fn coils_are_drawn_where_the_room_states_them() {
     assert_eq!(coils(&mut app), 1);
 }
 
+/// Where the mark of the least distance is.
+fn least_distance_mm(app: &mut App) -> Option<Point3<f64>> {
+    let world = app.world_mut();
+    let mut marks = world.query_filtered::<&BallHandle, With<LeastDistanceMark>>();
+    marks.iter(world).next().map(|ball| ball.at_mm)
+}
+
+#[test]
+fn a_click_puts_metal_at_its_least_distance() {
+    let mut app = with_plate(metal_app_with(|app| {
+        app.add_plugins(MetalDistancePlugin);
+    }));
+    app.insert_resource(Workspace { has_gizmo: false, ..Workspace::NONE });
+    // It may be nearer: half as much again is allowed.
+    let results = app.world().resource::<Results>().study.as_ref().unwrap();
+    let high_mm = results.value.figures.get(Metric::TIP_RMS).unwrap().high.unwrap();
+    let limit = Requirement::at_most([(Metric::TIP_RMS, 1.5 * high_mm)]);
+    app.world_mut().write_message(EditRequest::Apply(Edit::SetRequirement(Some(limit))));
+    settle_metal(&mut app);
+    frame_selection(&mut app);
+    while least_distance_mm(&mut app).is_none() {
+        wait_for_work(&mut app);
+    }
+    let (least_mm, before) = (least_distance_mm(&mut app).unwrap(), objects(&app)[0].clone());
+    let nearer_mm = before.tracker_from_object.translation.vector - least_mm.coords;
+    assert!(nearer_mm.norm() > 1.0, "{nearer_mm}");
+    let rig = app.world().resource::<OrbitRig>();
+    let view = app.world().resource::<ViewportRect>();
+    let [x, y] = rig.camera.project(&least_mm, rig.view_px).unwrap();
+    let at = view.min + Vec2::new(x as f32, y as f32);
+    let mut pointer = SimulatedPointer { app };
+    pointer.click(at);
+    settle_metal(&mut pointer.app);
+    let after = objects(&pointer.app)[0].clone();
+    assert!((after.tracker_from_object.translation.vector - least_mm.coords).norm() < 1e-9);
+    assert_eq!(after.tracker_from_object.rotation, before.tracker_from_object.rotation);
+    let results = pointer.app.world().resource::<Results>().study.as_ref().unwrap();
+    let verdict = results.value.figures.requirement.as_ref().map(|judged| judged.verdict);
+    assert_eq!(verdict, Some(Verdict::Met));
+    assert_eq!(least_distance_mm(&mut pointer.app), None);
+}
+
 #[test]
 fn the_outliner_lists_metal() {
     let ball = MetalObject { name: "ball".to_owned(), ..plate() };
@@ -297,7 +350,7 @@ fn the_outliner_lists_metal() {
         let view = OutlinerView::new(&metal, &environment, &view, &selection);
         outliner_ui(ui, &view)
     });
-    for label in ["ball", "Add plate", "Add mesh…"] {
+    for label in ["ball", "Add metal plate", "Add metal mesh…"] {
         harness.get_by_label(label).click();
         harness.run_steps(2);
     }
@@ -312,7 +365,7 @@ fn the_outliner_lists_metal() {
         let view = OutlinerView::new(&bare, &environment, &view, &selection);
         outliner_ui(ui, &view)
     });
-    assert!(harness.query_by_label("Add plate").is_none());
+    assert!(harness.query_by_label("Add metal plate").is_none());
 }
 
 #[test]

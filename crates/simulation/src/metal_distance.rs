@@ -1,5 +1,5 @@
-//! How far a metal object must be: a study at each of some places along a line, and from where on the
-//! requirement holds.
+//! How far a metal object must be: a study at each of some places along a line, nearer to the tool's tip
+//! and farther from it than the object is, and from where on the requirement holds.
 
 use crate::figure::Figures;
 use crate::judgement::Verdict;
@@ -18,7 +18,7 @@ use trackwright_metal::setup::RoomMetal;
 use trackwright_task::{Cancelled, Task};
 
 /// Places along the line, denser at its beginning, where the error changes fastest.
-const PLACES: usize = 13;
+const PLACES: usize = 17;
 
 /// The distance is found to this.
 pub const RESOLUTION_MM: f64 = 1.0;
@@ -35,7 +35,8 @@ pub struct MetalDistanceSearch<'a> {
     pub object: usize,
     /// In the tracker frame; `None` away from the tool's tip at the design's pose.
     pub direction: Option<Unit<Vector3<f64>>>,
-    /// The end of the line, from where the object is.
+    /// The end of the line, from where the object is. It begins where the object's origin is nearest
+    /// to the tip.
     pub farthest_mm: f64,
     pub mode: &'a Mode,
 }
@@ -54,7 +55,7 @@ pub struct MetalDistances {
 /// Where the object is on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MetalGap {
-    /// From where it is in the design.
+    /// From where it is in the design; below zero nearer to the tip.
     pub moved_mm: f64,
     /// From its surface to the tool's tip at the design's pose.
     pub from_tip_mm: f64,
@@ -108,14 +109,14 @@ pub fn metal_distances(
         .direction
         .or_else(|| Unit::try_new(from_tip, 1e-3))
         .ok_or(MetalDistanceError::NoDirection)?;
+    let nearer_mm = from_tip.dot(&direction).max(0.0);
     // Halving finds the distance to the resolution between two places.
-    let halvings = (search.farthest_mm / RESOLUTION_MM).log2().ceil().max(0.0) as usize;
-    let steps = PLACES + halvings;
+    let halvings = ((nearer_mm + search.farthest_mm) / RESOLUTION_MM).log2().ceil();
+    let steps = PLACES + halvings.max(0.0) as usize;
     let mut places = Vec::with_capacity(steps);
-    for step in 0..PLACES {
+    for (step, moved_mm) in first_places(nearer_mm, search.farthest_mm).into_iter().enumerate() {
         task.step(step, steps)?;
-        let part = step as f64 / (PLACES - 1) as f64;
-        places.push(search.place(&direction, search.farthest_mm * part * part, furnisher, task)?);
+        places.push(search.place(&direction, moved_mm, furnisher, task)?);
     }
     if let Some(Err(why)) = places.last().map(|place| &place.figures)
         && places.iter().all(|place| place.figures.is_err())
@@ -142,6 +143,18 @@ pub fn metal_distances(
     Ok(MetalDistances { direction, places, holds_from })
 }
 
+/// From where the line is nearest to the tip to its end, by their distance from where the object is,
+/// which is one of them.
+fn first_places(nearer_mm: f64, farthest_mm: f64) -> [f64; PLACES] {
+    let mut places = std::array::from_fn(|step| {
+        let part = step as f64 / (PLACES - 1) as f64;
+        (nearer_mm + farthest_mm) * part * part - nearer_mm
+    });
+    let own = places.iter_mut().min_by(|a, b| a.abs().total_cmp(&b.abs()));
+    own.into_iter().for_each(|own| *own = 0.0);
+    places
+}
+
 impl MetalDistances {
     /// From how far away the object, by its name, lets a design meet its requirement.
     pub fn statement(&self, name: &str, has_requirement: bool) -> String {
@@ -151,6 +164,11 @@ impl MetalDistances {
             (true, Some(gap)) if gap.moved_mm == 0.0 => {
                 format!("the requirement holds with {name} where it is and farther away")
             }
+            (true, Some(gap)) if gap.moved_mm < 0.0 => format!(
+                "the requirement holds with {name} where it is, and up to {:.0} mm nearer: from \
+                 {:.0} mm from {name} to the tip",
+                -gap.moved_mm, gap.from_tip_mm
+            ),
             (true, Some(gap)) => format!(
                 "the requirement holds from {:.0} mm away, {:.0} mm from {name} to the tip",
                 gap.moved_mm, gap.from_tip_mm
@@ -306,6 +324,22 @@ mod tests {
         assert!((from.from_tip_mm - (from.moved_mm + 100.0)).abs() < 1e-9, "{from:?}");
         let is_sorted = found.places.is_sorted_by_key(|place| place.gap.moved_mm);
         assert!(is_sorted && found.places.len() > PLACES);
+        // From farther away the same distance to the tip is found, the other way.
+        let far = search(&limited, &ball(-330.0), |_| {}).unwrap();
+        let far_from = far.holds_from.unwrap();
+        assert!((-100.0..=-100.0 + RESOLUTION_MM).contains(&far_from.moved_mm), "{far_from:?}");
+        assert!((far_from.from_tip_mm - (far_from.moved_mm + 280.0)).abs() < 1e-9);
+        let nearer = far.statement("ball", true);
+        assert!(nearer.contains("mm nearer: from 18"), "{nearer}");
+    }
+
+    #[test]
+    fn where_the_object_is_is_a_place_of_the_line() {
+        for (nearer_mm, farthest_mm) in [(0.0, 500.0), (150.0, 400.0), (2000.0, 1.0), (0.3, 7.0)] {
+            let places = first_places(nearer_mm, farthest_mm);
+            assert!(places.contains(&0.0) && places.is_sorted(), "{places:?}");
+            assert_eq!(places[0].min(0.0), -nearer_mm);
+        }
     }
 
     #[test]
@@ -316,18 +350,22 @@ mod tests {
         // Without a requirement there is a curve, and no distance.
         let found = search(&scenario(None), &ball(-150.0), |_| {}).unwrap();
         assert!(found.holds_from.is_none() && found.places.iter().all(|p| p.verdict.is_none()));
-        let first = found.places.first().and_then(|p| p.figures.as_ref().ok()).unwrap();
+        let first = found.places.iter().find_map(|place| place.figures.as_ref().ok()).unwrap();
         let last = found.places.last().and_then(|p| p.figures.as_ref().ok()).unwrap();
         let [first, last] = [first, last].map(|f| f.get(Metric::TIP_RMS).unwrap().value);
         assert!(first > 20.0 * last);
     }
 
     #[test]
-    fn one_that_always_holds_does_so_from_the_start() {
-        let limited = scenario(Some(Requirement::at_most([(Metric::TIP_RMS, 100.0)])));
+    fn one_that_always_holds_does_so_up_to_the_tip() {
+        let limited = scenario(Some(Requirement::at_most([(Metric::TIP_RMS, 1e4)])));
         let found = search(&limited, &ball(-150.0), |_| {}).unwrap();
-        assert_eq!(found.holds_from.unwrap().moved_mm, 0.0);
-        assert_eq!(found.places.len(), PLACES);
+        let from = found.holds_from.unwrap();
+        assert!((-100.0..=-100.0 + RESOLUTION_MM).contains(&from.moved_mm), "{from:?}");
+        // One that is as near as the line leads can only be farther away.
+        let back = Vector3::y_axis();
+        let found = search(&limited, &ball(150.0), |search| search.direction = Some(-back));
+        assert!(found.unwrap().holds_from.unwrap().moved_mm > 0.0);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! How far the selected metal object must be: from where on the requirement holds, and the error along the
 //! line. Computed while the section is shown and the hand rests.
 
+use super::metal_distance_mark;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::selection::{Selected, Selection};
 use crate::document::state::WorldGeneration;
@@ -13,15 +14,17 @@ use crate::widgets::chart::chart_ui;
 use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy_egui::egui::{ComboBox, Ui};
-use nalgebra::{Unit, Vector3};
+use nalgebra::{Translation3, Unit, Vector3};
+use trackwright_design::Design;
 use trackwright_geometry::number;
+use trackwright_geometry::pose::Pose;
 use trackwright_metal::furnished::Furnisher;
 use trackwright_report::metal_chart;
 use trackwright_report::plot::Chart;
 use trackwright_simulation::Mode;
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::metal_distance::{
-    MetalDistanceSearch, MetalDistances, metal_distances,
+    MetalDistanceSearch, MetalDistances, RESOLUTION_MM, metal_distances,
 };
 
 /// How far the object is moved at most.
@@ -66,6 +69,22 @@ struct DistanceAnswer {
     chart: Chart,
 }
 
+impl MetalDistance {
+    /// The object that was found a least distance for, and where it is then, `tracker_from_object`;
+    /// nothing where it is there already, and of another design than the present one.
+    pub fn least(&self, design: &Design, generation: u64, revision: u64) -> Option<(usize, Pose)> {
+        let (key, answer) = self.found.found()?;
+        if (key.generation, key.revision) != (generation, revision) {
+            return None;
+        }
+        let found = &answer.as_ref().ok()?.found;
+        let moved_mm = found.holds_from?.moved_mm;
+        let by = found.direction.into_inner() * moved_mm;
+        let own = design.metal_object(key.object)?.tracker_from_object;
+        (moved_mm.abs() > RESOLUTION_MM).then_some((key.object, Translation3::from(by) * own))
+    }
+}
+
 impl MoveDirection {
     const ALL: [Self; 7] = {
         let mut all = [Self::AwayFromTip; 7];
@@ -108,6 +127,7 @@ impl FromWorld for MetalDistance {
 
 impl Plugin for MetalDistancePlugin {
     fn build(&self, app: &mut App) {
+        app.add_plugins(metal_distance_mark::plugin);
         app.init_resource::<MetalDistance>().add_message::<ChooseDirection>().add_systems(
             Update,
             request_then_receive((choose, request).chain(), receive)
