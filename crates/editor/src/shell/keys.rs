@@ -1,7 +1,7 @@
 //! Keys with their modifiers, and how people write them.
 
 /// A key with its modifiers. Keys are letters in lower case, digits, signs, `escape`, `delete`,
-/// `space`, `left`, `right`, `home`, `pageup`, `pagedown`, or `f1` to `f12`.
+/// `space`, `left`, `right`, `up`, `down`, `home`, `pageup`, `pagedown`, or `f1` to `f12`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keys {
     pub key: &'static str,
@@ -12,6 +12,10 @@ pub struct Keys {
 impl Keys {
     pub(crate) const fn plain(key: &'static str) -> Self {
         Self { key, control: false, shift: false }
+    }
+
+    pub(crate) const fn shift(key: &'static str) -> Self {
+        Self { shift: true, ..Self::plain(key) }
     }
 
     pub(crate) const fn control(key: &'static str) -> Self {
@@ -38,6 +42,8 @@ impl std::fmt::Display for Keys {
             "space" => f.write_str("Space"),
             "left" => f.write_str("Left"),
             "right" => f.write_str("Right"),
+            "up" => f.write_str("Up"),
+            "down" => f.write_str("Down"),
             "home" => f.write_str("Home"),
             "pageup" => f.write_str("Page up"),
             "pagedown" => f.write_str("Page down"),

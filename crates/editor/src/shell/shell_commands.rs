@@ -48,7 +48,7 @@ const PLAIN_SIZE: Command = Command::new(
 .keys(&[Keys::control("0")]);
 const SHOW_PALETTE: Command =
     Command::new(HELP, 0, "All commands…", "Finds a command by a part of its name")
-        .keys(&[Keys::control_shift("p")]);
+        .keys(&[Keys::control_shift("p"), Keys::control("k")]);
 const SHOW_SHORTCUTS: Command = Command::new(
     HELP,
     1,

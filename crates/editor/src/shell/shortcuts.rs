@@ -110,6 +110,8 @@ fn name(key: &Key) -> Option<String> {
         Key::Space => "space".to_owned(),
         Key::ArrowLeft => "left".to_owned(),
         Key::ArrowRight => "right".to_owned(),
+        Key::ArrowUp => "up".to_owned(),
+        Key::ArrowDown => "down".to_owned(),
         Key::PageUp => "pageup".to_owned(),
         Key::PageDown => "pagedown".to_owned(),
         Key::Home => "home".to_owned(),

@@ -6,6 +6,7 @@ use crate::shell::commands::{AddCommand, Command, EDIT, Situation, VIEW, write};
 use crate::shell::keys::Keys;
 use crate::shell::mouse::{AddMouseActions, MouseAction};
 use crate::viewport::gizmo::GizmoAxes;
+use crate::viewport::nudge;
 use crate::viewport::sensor_commands::{SensorCommand, selected_metal};
 use crate::viewport::sensor_drag::FollowsSurface;
 use crate::viewport::surfaces::Surfaces;
@@ -315,6 +316,7 @@ pub struct ViewportCommandsPlugin;
 
 impl Plugin for ViewportCommandsPlugin {
     fn build(&self, app: &mut App) {
+        app.add_plugins(nudge::plugin);
         app.add_mouse_actions(&MOUSE)
             .add_command(ADD_SENSOR, take(SceneTool::AddSensor))
             .add_command(ADD_SENSOR_BESIDE, add_beside)

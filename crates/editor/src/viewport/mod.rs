@@ -9,6 +9,7 @@ pub mod fine_pointer;
 pub mod gizmo;
 pub mod light_drawing;
 pub mod mounting;
+pub mod nudge;
 pub mod overlay;
 pub mod picking;
 pub mod pointer_hint;

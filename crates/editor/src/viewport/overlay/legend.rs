@@ -213,7 +213,7 @@ fn magnified_words(view: &OverlayView) -> Option<String> {
     };
     if shown.is_capped && !view.is_plain {
         let most_deg = MAX_GHOST_TURN_RAD.to_degrees();
-        words.push_str(&format!(", turn held at {most_deg:.0}°"));
+        words.push_str(&format!(", angles to {most_deg:.0}° at most"));
     }
     Some(words)
 }

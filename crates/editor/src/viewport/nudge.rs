@@ -1,0 +1,151 @@
+//! Arrow keys move the selected sensors along that axis of their body which points most in the arrow's
+//! direction on the screen.
+
+use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::selection::Selection;
+use crate::shell::commands::{AddCommand, Command, EDIT, Situation};
+use crate::shell::keys::Keys;
+use crate::viewport::camera::OrbitRig;
+use bevy::prelude::*;
+use nalgebra::Vector3;
+use trackwright_design::{BodyRole, Design, Edit};
+use trackwright_simulation::Sensor;
+
+const STEP_MM: f64 = 1.0;
+const FINE_STEP_MM: f64 = 0.1;
+
+/// An arrow: to the right and up on the screen, how far, and its command.
+type Nudge = ([f64; 2], f64, Command);
+
+pub const NUDGES: [Nudge; 8] = [
+    nudge(
+        100,
+        [1.0, 0.0],
+        STEP_MM,
+        "Nudge sensors right",
+        "Moves the selected sensors by 1 mm along the axis of their body that points right",
+        &[Keys::plain("right")],
+    ),
+    nudge(
+        101,
+        [-1.0, 0.0],
+        STEP_MM,
+        "Nudge sensors left",
+        "Moves the selected sensors by 1 mm along the axis of their body that points left",
+        &[Keys::plain("left")],
+    ),
+    nudge(
+        102,
+        [0.0, 1.0],
+        STEP_MM,
+        "Nudge sensors up",
+        "Moves the selected sensors by 1 mm along the axis of their body that points up",
+        &[Keys::plain("up")],
+    ),
+    nudge(
+        103,
+        [0.0, -1.0],
+        STEP_MM,
+        "Nudge sensors down",
+        "Moves the selected sensors by 1 mm along the axis of their body that points down",
+        &[Keys::plain("down")],
+    ),
+    nudge(
+        104,
+        [1.0, 0.0],
+        FINE_STEP_MM,
+        "Nudge sensors right finely",
+        "Moves the selected sensors by 0.1 mm along the axis of their body that points right",
+        &[Keys::shift("right")],
+    ),
+    nudge(
+        105,
+        [-1.0, 0.0],
+        FINE_STEP_MM,
+        "Nudge sensors left finely",
+        "Moves the selected sensors by 0.1 mm along the axis of their body that points left",
+        &[Keys::shift("left")],
+    ),
+    nudge(
+        106,
+        [0.0, 1.0],
+        FINE_STEP_MM,
+        "Nudge sensors up finely",
+        "Moves the selected sensors by 0.1 mm along the axis of their body that points up",
+        &[Keys::shift("up")],
+    ),
+    nudge(
+        107,
+        [0.0, -1.0],
+        FINE_STEP_MM,
+        "Nudge sensors down finely",
+        "Moves the selected sensors by 0.1 mm along the axis of their body that points down",
+        &[Keys::shift("down")],
+    ),
+];
+
+const fn nudge(
+    order: u16,
+    on_screen: [f64; 2],
+    step_mm: f64,
+    name: &'static str,
+    about: &'static str,
+    keys: &'static [Keys],
+) -> Nudge {
+    let command = Command::new(EDIT, order, name, about).keys(keys).available_if(is_available);
+    (on_screen, step_mm, command)
+}
+
+pub(super) fn plugin(app: &mut App) {
+    for (on_screen, step_mm, command) in NUDGES {
+        let run = move |world: Option<Res<OpenWorld>>,
+                        (selection, rig): (Res<Selection>, Option<Res<OrbitRig>>),
+                        mut edits: MessageWriter<EditRequest>| {
+            let (Some(world), Some(rig)) = (world, rig) else { return };
+            let camera = rig.camera.tracker_from_camera().rotation;
+            let in_tracker = camera * Vector3::new(on_screen[0], on_screen[1], 0.0);
+            let design = world.0.document.design();
+            edits.write_batch(requests(design, &selection, &in_tracker, step_mm));
+        };
+        app.add_command(command, run);
+    }
+}
+
+/// Whether sensors are selected that may be moved.
+fn is_available(now: &Situation) -> bool {
+    now.world.is_some() && now.workspace.edits_design && now.selection.sensors().is_some()
+}
+
+/// One undo step that moves the selected sensors.
+fn requests(
+    design: &Design,
+    selection: &Selection,
+    in_tracker: &Vector3<f64>,
+    step_mm: f64,
+) -> Vec<EditRequest> {
+    let Some((role, indices)) = selection.sensors() else { return Vec::new() };
+    let Some(by) = body_axis(design, role, in_tracker).map(|axis| axis * step_mm) else {
+        return Vec::new();
+    };
+    let sensors = design.body(role).map_or(&[][..], |body| &body.rigid.sensors);
+    let moved = indices.iter().filter_map(|&index| {
+        let own = sensors.get(index)?;
+        let sensor = Sensor { position_in_body: own.position_in_body + by, ..own.clone() };
+        Some(EditRequest::Apply(Edit::SetSensor { body: role, index, sensor }))
+    });
+    let mut requests: Vec<EditRequest> = moved.collect();
+    if requests.len() > 1 {
+        requests.insert(0, EditRequest::Begin(format!("Move {} sensors", requests.len())));
+        requests.push(EditRequest::Commit);
+    }
+    requests
+}
+
+/// The axis of a body, either way, that points most in a direction of the tracker frame.
+fn body_axis(design: &Design, role: BodyRole, in_tracker: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let in_body = design.tracker_from_body(role)?.rotation.inverse() * in_tracker;
+    let most = in_body.iamax();
+    let mut axis = Vector3::zeros();
+    axis[most] = in_body[most].signum();
+    Some(axis)
+}
