@@ -32,7 +32,7 @@ def main() -> tuple[trackwright.Design, float]:
     rms_mm, step_mm, best = min(tried, key=lambda each: each[0])
     print(f"best: {step_mm:.1f} mm, {rms_mm:.4f} mm RMS")
 
-    # Those are errors in the room's own field. The one design that is kept gets the figure that is to
+    # Those are errors by the room's model alone. The one design that is kept gets the figure that is to
     # be expected, and its interval.
     whole = trackwright.simulate(best, "motion").figures
     rms = whole["figures"]["position_mm"]["rms"]

@@ -275,7 +275,7 @@ pub fn simulate_crf(
 /// A study with all of its trials, and why a room that was measured gives its figures no interval.
 struct Studied {
     section: Section,
-    /// In the room's own field.
+    /// By the room's model alone.
     outcome: RoomFieldFigures,
     trials: Vec<Trial>,
     note: Option<String>,
@@ -299,7 +299,7 @@ fn study(
     Ok(Studied { section, outcome: report.study.room_field, trials, note })
 }
 
-/// The figures of the room's own field alone.
+/// The figures of the room's model alone alone.
 fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Result<Studied> {
     let mut trials = Vec::new();
     let mut keep = |trial: &Trial| trials.push(*trial);

@@ -112,7 +112,7 @@ fn twenty_rows_of_a_room_do_not_make_it_perfect() {
     let at = middle(&room);
     assert_every_verdict_is_open(&scratch, &at, 1.0);
     let simulated = scratch.json("simulate pointer.design.ron --mode motion");
-    // The room's own field has no errors but round-off, which is not what is to be expected.
+    // The room's model alone has no errors but round-off, which is not what is to be expected.
     assert!(number(&simulated["room_field"]["position_mm"]["rms"]) < 1e-9);
     assert!(number(&simulated["figures"]["position_mm"]["rms"]["value"]) > 0.1, "{simulated}");
 }

@@ -73,7 +73,7 @@ fn a_click_on_the_best_place_gives_what_it_promised() {
     assert_eq!((pointer.design(), pointer.undo_label()), (before, None));
 }
 
-/// The study's tip RMS, and that in the room's own field.
+/// The study's tip RMS, and that by the room's model alone.
 fn known_mm(app: &App) -> (f64, f64) {
     let study = &app.world().resource::<Results>().study.as_ref().unwrap().value;
     let figure = study.figures.get(Metric::TIP_RMS).unwrap();

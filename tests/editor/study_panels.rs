@@ -103,7 +103,7 @@ fn timeline_buttons_are_commands() {
         ("Own pose", OWN_POSE),
         ("Single pose", *choose(ModeKind::Single)),
         ("Input data…", READ_INPUT),
-        ("Write the log…", WRITE_LOG),
+        ("Save all trials…", WRITE_LOG),
     ] {
         requests.borrow_mut().clear();
         harness.get_by_label(label).click();
@@ -246,7 +246,7 @@ fn the_error_along_the_shaft_has_a_chart() {
             study_charts_ui(ui, &view)
         });
         harness.run_steps(2);
-        harness.query_all_by_label("RMS error along the shaft, room's own field").count()
+        harness.query_all_by_label("RMS error along the shaft, room's model alone").count()
     });
     assert_eq!(shown, [1, 0]);
 }
@@ -260,7 +260,7 @@ fn charts_name_their_field_and_choose_axes() {
         study_charts_ui(ui, &view)
     });
     harness.run_steps(2);
-    harness.get_by_label("Tip error of all trials, room's own field");
+    harness.get_by_label("Tip error of all trials, room's model alone");
     harness.get_by_label("rz").click();
     harness.run_steps(2);
     let axis = StudyRequest::ShowAxis("rz");

@@ -145,7 +145,7 @@ pub fn built_check_words(check: &BuiltCheck) -> Vec<String> {
 }
 
 /// The requirement as drawn as far as the room decides it, a sentence each; tolerances are found in the
-/// room's own field.
+/// room's model alone.
 pub fn requirement_words(sheet: &ManufacturingSheet) -> Vec<String> {
     let Some(requirement) = &sheet.requirement else {
         return Vec::new();
@@ -159,7 +159,7 @@ pub fn requirement_words(sheet: &ManufacturingSheet) -> Vec<String> {
         Verdict::Missed => "the requirement is missed as drawn",
     };
     words.push(format!(
-        "{what}: the tolerances hold in the room's own field, and only as far as that does"
+        "{what}: the tolerances are those of the room's model alone, and hold as far as it does"
     ));
     words
 }
@@ -169,7 +169,7 @@ pub fn sheet_section(sheet: &ManufacturingSheet) -> Section {
     let mut lines = requirement_words(sheet);
     if !sheet.as_drawn.is_empty() {
         lines.push(format!(
-            "in the room's own field: {}, over {}",
+            "by the room's model alone: {}, over {}",
             checks_words(&sheet.as_drawn),
             poses(sheet)
         ));

@@ -105,7 +105,7 @@ fn systems_line(systems: &[SystemReport]) -> Option<String> {
     let (least, most) =
         (systems.iter().min_by(by_condition)?, systems.iter().max_by(by_condition)?);
     Some(format!(
-        "least rank {} of {}, least samples {}, condition {:.1} to {:.1}",
+        "independent equations {} of {} at least, samples {} at least, condition number {:.1} to {:.1}",
         systems.iter().map(|system| system.rank).min()?,
         least.unknowns,
         with_separators(systems.iter().map(|system| system.samples).min()?),

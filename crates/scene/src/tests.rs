@@ -289,7 +289,7 @@ fn the_legend_names_what_is_drawn() {
         scene.legend.into_iter().map(|key| key.text).collect()
     };
     let with = texts("tip-error,ghost");
-    assert!(with.contains(&"error vectors, two heads where cut".to_owned()), "{with:?}");
+    assert!(with.contains(&"error vectors, two heads: longer than drawn".to_owned()), "{with:?}");
     assert!(with.contains(&"the tool as the tracker reports it".to_owned()), "{with:?}");
     let without = texts("volume");
     assert!(without.iter().all(|text| !text.starts_with("errors")), "{without:?}");

@@ -48,7 +48,7 @@ const LEAST_TRIALS: usize = 20;
 /// Part of the worst trials that has to lie between two values of an axis for the axis to be named.
 const GATHERED_PART: f64 = 0.8;
 
-/// What a study's error is made of, in the room's own field.
+/// What a study's error is made of, by the room's model alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorSources {
     /// Trials that were looked at.

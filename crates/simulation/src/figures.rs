@@ -1,4 +1,4 @@
-//! A study's figures in the room's own field, the paper's simulation, and how they are written for a person.
+//! A study's figures by the room's model alone, the paper's simulation, and how they are written for a person.
 
 use super::axis_words::{axis_words, body_name, shaft_of};
 use super::metric::{Metric, MetricValues, Statistics, values};
@@ -153,8 +153,10 @@ pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<Row> {
     let mut rows: Vec<Row> = Metric::printed().map(of).collect();
     if let Some(determined) = &figures.position_mm_determined {
         rows.extend([Metric::TIP_RMS, Metric::TIP_MAX].map(|m| {
-            let (key, label) =
-                (format!("{}_determined", m.name()), format!("{}, determined part", m.label()));
+            let (key, label) = (
+                format!("{}_determined", m.name()),
+                format!("{}, undetermined rotation left out", m.label()),
+            );
             number(key, label, determined.get(m.summary), DECIMALS, m.unit())
         }));
     }

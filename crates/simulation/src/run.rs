@@ -18,7 +18,7 @@ pub use super::study_error::StudyError;
 /// pass keeps the memory at 16 bytes a trial.
 const KEEP_THIRD: usize = 1 << 22;
 
-/// A study in the room's own field, and what it cost.
+/// A study by the room's model alone, and what it cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     pub room_field: RoomFieldFigures,
@@ -53,7 +53,7 @@ pub(super) struct Prepared<'a> {
 /// Takes a part out of the errors at trials of these numbers.
 pub type Less<'a> = dyn Fn(&[usize], &mut [ErrorVectors]) + Sync + 'a;
 
-/// The errors of the trials of a study in the room's own field, those that are left out not among them.
+/// The errors of the trials of a study by the room's model alone, those that are left out not among them.
 #[derive(Default)]
 pub(super) struct TrialErrors {
     /// Numbers of the trials, where some are left out.

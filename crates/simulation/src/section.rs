@@ -144,7 +144,7 @@ impl RoomFieldFigures {
                 ));
             }
         }
-        let head = "in the room's own field, its model taken for the truth:".to_owned();
+        let head = "by the room's model alone, taken for the truth:".to_owned();
         Section::of(rows).with_all(poses).headed(head)
     }
 }

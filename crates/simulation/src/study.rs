@@ -25,7 +25,7 @@ pub struct Study {
     pub figures: Figures,
     /// The paper's simulation: the room's model taken for its field.
     pub room_field: RoomFieldFigures,
-    /// The trials with the largest errors of tip and of angle in the room's own field, each once, in their
+    /// The trials with the largest errors of tip and of angle by the room's model alone, each once, in their
     /// order.
     pub extremes: Vec<usize>,
     pub work: Work,
@@ -56,7 +56,7 @@ fn of_these_in_metal(trials: usize) -> String {
     }
 }
 
-/// Runs a mode; `log` gets its trials in order, in the room's own field. The result does not depend on the
+/// Runs a mode; `log` gets its trials in order, by the room's model alone. The result does not depend on the
 /// number of threads.
 ///
 /// # Errors
@@ -70,7 +70,7 @@ pub fn study(
     Prepared::new(scenario, mode)?.study(cancel, log)
 }
 
-/// The same of errors from which a part is taken out, in the room's own field as in every drawn one.
+/// The same of errors from which a part is taken out, by the room's model alone as in every drawn one.
 ///
 /// # Errors
 /// See [`StudyError`].

@@ -81,7 +81,7 @@ pub struct RowFigures {
     pub out_of_volume: u64,
     /// What is known of the figures, where the plan wants it.
     pub known: Option<Figures>,
-    /// Those of the room's own field, where the plan wants them.
+    /// Those of the room's model alone, where the plan wants them.
     pub room_field: Option<MetricValues>,
 }
 

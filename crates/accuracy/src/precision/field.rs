@@ -285,7 +285,7 @@ pub(super) fn exact_position_mm(
     all.into_iter().next().map_or_else(Vec::new, |found| found.values[..3].to_vec())
 }
 
-/// The room's own field as samples, at other poses than those that it is judged at.
+/// The room's model alone as samples, at other poses than those that it is judged at.
 fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
     let samples = poses(model.bounds(), settings.samples, settings.seed + 1)
         .into_iter()

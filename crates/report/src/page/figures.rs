@@ -42,12 +42,12 @@ fn what_charts_show(report: &Report) -> &'static str {
     let has_axes = report.study.profile.as_ref().is_some_and(|profile| !profile.axes.is_empty());
     match has_axes {
         true => {
-            "The charts are of the room's own field, without what the measurements leave open. Each \
+            "The charts are of the room's model alone, without what the measurements leave open. Each \
              line follows one axis of the motion: every point is the RMS, or the largest, of the tip \
              errors of all positions that have that place or that turn in common."
         }
         false => {
-            "The charts are of the room's own field, without what the measurements leave open. Each \
+            "The charts are of the room's model alone, without what the measurements leave open. Each \
              point is the tip error of one given pose."
         }
     }

@@ -88,7 +88,7 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
         notes.push(format!("{WORST_ALLOWED}: {}.", checks_words(&sheet.together_worst)));
     }
     if !sheet.as_drawn.is_empty() {
-        notes.push(format!("In the room's own field: {}.", checks_words(&sheet.as_drawn)));
+        notes.push(format!("By the room's model alone: {}.", checks_words(&sheet.as_drawn)));
     }
     for words in requirement_words(sheet).into_iter().chain(caution_words(sheet)) {
         notes.push(format!("{}.", capitalised(&words)));

@@ -14,7 +14,7 @@ pub const LAYER: ShapeLayer = ShapeLayer {
 
 /// Of arrows from what is to what the tracker reports.
 pub fn error_vectors() -> LegendLine {
-    LegendLine::magnified("error vectors, two heads where cut", "how far off the tip is")
+    LegendLine::magnified("error vectors, two heads: longer than drawn", "how far off the tip is")
 }
 
 fn shapes(shown: &Shown) -> Vec<Shape> {

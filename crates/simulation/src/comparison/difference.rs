@@ -70,7 +70,7 @@ pub struct Difference {
 pub(super) struct Side<'a> {
     /// What is known of its figures.
     pub grid: &'a MetricValues,
-    /// In the room's own field, as `sampled` and `drawn` have it.
+    /// By the room's model alone, as `sampled` and `drawn` have it.
     pub own: &'a MetricValues,
     pub sampled: Option<&'a Sampled>,
     pub drawn: Option<&'a Drawn>,
@@ -175,7 +175,7 @@ fn difference(index: usize, metric: Metric, sides: [&Side<'_>; 2], least: Least)
 
 impl Side<'_> {
     /// The figure over the range of motion; that of the grid for what has none. What the grid leaves out is
-    /// known of the room's own field alone, in squares.
+    /// known of the room's model alone, in squares.
     fn over_range(&self, index: usize, metric: Metric) -> f64 {
         let grid = self.grid[index];
         let Some(sampled) = self.sampled else {
@@ -286,7 +286,7 @@ fn measured_ends(a: &Drawn, b: &Drawn, index: usize) -> Option<[f64; 4]> {
     let each = pairs.iter();
     let ratio = mean_and_std(each.clone().map(|[a, b]| (a / b).ln()));
     let size = mean_and_std(each.map(|[a, b]| 0.5 * (a.ln() + b.ln())));
-    // The room's own field is one of those that are possible.
+    // The room's model alone is one of those that are possible.
     let own_ratio = (own[0] / own[1]).ln();
     let [low, high] = ends(RATIO_WIDENING, ratio);
     let ratios = [low.min(own_ratio), high.max(own_ratio)];

@@ -126,7 +126,7 @@ impl<'a> DrawnTrials<'a> {
         each.map(|(tool, crf)| SensorErrors { tool, crf }).collect()
     }
 
-    /// Tip error and angle error of each trial in the room's own field.
+    /// Tip error and angle error of each trial by the room's model alone.
     pub fn model_trial_errors(&self) -> Vec<[f64; 2]> {
         self.errors(&self.model_errors)
     }

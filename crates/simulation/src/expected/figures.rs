@@ -55,11 +55,11 @@ pub struct Expected {
     pub intervals: [[f64; 2]; METRICS.len()],
     /// The same with the errors that are drawn where the room states no field: for maps, which go on there.
     pub continued: [[f64; 2]; METRICS.len()],
-    /// In the room's own field, likewise.
+    /// By the room's model alone, likewise.
     pub own: MetricValues,
     /// Part of the trials within the requirement's bound of a single tip error, where it has one.
     pub within: Option<ExpectedWithin>,
-    /// Fields that were drawn; none where the room's own field is taken for the only one.
+    /// Fields that were drawn; none where the room's model alone is taken for the only one.
     pub draws: usize,
     /// Trials that were tried in each.
     pub trials: usize,
@@ -108,12 +108,12 @@ impl Expected {
         (self.figures[metric.index()], self.intervals[metric.index()])
     }
 
-    /// The figure in the room's own field.
+    /// The figure by the room's model alone.
     pub fn own_of(&self, metric: Metric) -> f64 {
         self.own[metric.index()]
     }
 
-    /// Those of the room's own field, taken for the only one there is.
+    /// Those of the room's model alone, taken for the only one there is.
     pub(crate) fn assumed(prepared: &Prepared, outcome: &Outcome, errors: &TrialErrors) -> Self {
         let own = outcome.room_field.values();
         let all: Vec<usize> = (0..errors.errors.len()).collect();
@@ -139,7 +139,7 @@ impl Expected {
 }
 
 /// Tries a mode's trials in drawn fields: some spread over them, and those with the largest errors
-/// in the room's own field. The result does not depend on the number of threads.
+/// by the room's model alone. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// See [`ExpectedError`].
@@ -204,7 +204,7 @@ pub(crate) fn expected_of(
         found.ok_or(StudyError::NoTrials)?.into_iter().unzip();
     let of_all = outcome.room_field.values();
     let [of_some, ..] = trials.figures(&errors.at(&tried)).ok_or(StudyError::NoTrials)?;
-    // What the tried trials leave out of all, as far as the room's own field has it: in squares, as what the
+    // What the tried trials leave out of all, as far as the room's model alone has it: in squares, as what the
     // measurements leave open is added in squares and differs little from trial to trial.
     let whole: MetricValues = std::array::from_fn(|k| {
         let mean = figures.iter().map(|f| f[0][k]).sum::<f64>() / figures.len() as f64;

@@ -183,7 +183,7 @@ fn study(moved: &Scenario, known: Placement, task: &Task) -> Result<(Placement, 
     Ok((placement, work))
 }
 
-/// The expected tip RMS, and that in the room's own field; `None` where there is none to be found.
+/// The expected tip RMS, and that by the room's model alone; `None` where there is none to be found.
 pub(super) fn expected_tip(
     moved: &Scenario,
     mode: &Mode,

@@ -1,7 +1,7 @@
 //! What the measurements leave open of the tip RMS at each place of a sensor.
 //!
 //! Expected figures take some 10 ms a place, so that they are found at some places, over few trials, and
-//! what they add to the figure of the room's own field, `expected² - own²`, is taken from there to the
+//! what they add to the figure of the room's model alone, `expected² - own²`, is taken from there to the
 //! others, as are the interval's ends in parts of the expected value.
 //!
 //! Few trials are not the whole study. What they leave open is therefore multiplied by how far the whole
@@ -122,7 +122,7 @@ impl WholeFromFew {
     }
 }
 
-/// What an expected figure adds to that of the room's own field; `None` where that is not a number.
+/// What an expected figure adds to that of the room's model alone; `None` where that is not a number.
 fn open_part((expected, own_mm): (ExpectedTip, f64)) -> Option<OpenPart> {
     let ExpectedTip { rms_mm, interval_mm } = expected;
     let end = |end: f64| (end / rms_mm).max(f64::MIN_POSITIVE).ln();

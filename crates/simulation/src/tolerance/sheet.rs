@@ -21,7 +21,7 @@ pub struct ManufacturingSheet {
     pub study_outside: usize,
     /// The requirement with every sensor where it is drawn; `None` where there is none, or no study.
     pub requirement: Option<Judgement>,
-    /// Its bounds against the figures of the room's own field, in which tolerances are found.
+    /// Its bounds against the figures of the room's model alone, in which tolerances are found.
     pub as_drawn: Vec<Check>,
     /// Why there are no tolerances.
     pub no_tolerances: Option<String>,

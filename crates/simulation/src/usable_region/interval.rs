@@ -65,7 +65,7 @@ impl OpenPart {
         }))
     }
 
-    /// The share that the upper end uses up where the figure of the room's own field uses up `own`.
+    /// The share that the upper end uses up where the figure of the room's model alone uses up `own`.
     pub fn upper(&self, at: &Point3<f64>, own: f64) -> f64 {
         own.hypot(self.squares.between(at).max(0.0).sqrt())
     }

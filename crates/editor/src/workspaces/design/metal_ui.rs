@@ -62,9 +62,9 @@ pub(crate) fn metal_rows_ui(ui: &mut Ui, outliner: &OutlinerView, actions: &mut 
         selectable_ui(ui, outliner, Selected::Metal(index), row, actions);
     }
     let plate = &ADD_METAL[0].1;
-    for (label, command) in [("Add plate", plate), ("Add mesh…", &ADD_METAL_MESH)] {
+    for command in [plate, &ADD_METAL_MESH] {
         let add = Row {
-            label,
+            label: command.name,
             indent: 1,
             mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
             ..Row::default()

@@ -90,7 +90,7 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
 
 /// The paper's simulation, folded.
 fn room_field_ui(ui: &mut Ui, room_field: &RoomFieldFigures, is_shown: fn(Metric) -> bool) {
-    let head = RichText::new("Room's own field").color(palette::TEXT_QUIET.color32());
+    let head = RichText::new("Room's model alone").color(palette::TEXT_QUIET.color32());
     let section = CollapsingHeader::new(head).id_salt("room field").default_open(false);
     let section = section.show(ui, |ui| {
         for row in figure_rows(room_field) {

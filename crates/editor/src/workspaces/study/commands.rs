@@ -52,7 +52,7 @@ pub const OWN_POSE: Command =
 pub const WRITE_LOG: Command = Command::new(
     STUDY,
     109,
-    "Write the log…",
+    "Save all trials…",
     "Writes every trial's poses and errors to a table (CSV)",
 );
 

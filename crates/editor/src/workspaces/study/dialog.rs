@@ -24,7 +24,7 @@ impl StudyDialog {
 
     pub fn write_log(folder: PathBuf, name: &str) -> Self {
         let files = FileDialog::new(FileKind::Table, folder, name);
-        Self::WriteLog(files.titled("Write the log", "Write").saving())
+        Self::WriteLog(files.titled("Save all trials", "Save").saving())
     }
 }
 

@@ -39,14 +39,14 @@ pub struct StudyChartsView<'a> {
 /// Draws the charts.
 pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<StudyRequest> {
     let mut actions = Vec::new();
-    section_ui(ui, "Tip error of all trials, room's own field");
+    section_ui(ui, "Tip error of all trials, room's model alone");
     small_marks(ui, |ui| histogram_ui(ui, view, &mut actions));
     if !view.charted.profile.axes.is_empty() {
         axes_ui(ui, view, &mut actions);
     }
     if let Some(along) = &view.charted.profile.along_shaft {
         let limit = view.charted.within.filter(|within| within.metric == Metric::TIP_RMS);
-        section_ui(ui, "RMS error along the shaft, room's own field");
+        section_ui(ui, "RMS error along the shaft, room's model alone");
         small_marks(ui, |ui| shaft_ui(ui, along, limit.map(|within| within.limit_mm)));
     }
     actions
@@ -120,7 +120,7 @@ fn clicked_at(response: &Response, x: impl Fn(egui::Pos2) -> f64) -> Option<f64>
 fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>) {
     let axes = &view.charted.profile.axes;
     let chosen = axes.iter().find(|a| a.axis == view.axis).unwrap_or(&axes[0]);
-    section_ui(ui, "Tip error along the motion, room's own field");
+    section_ui(ui, "Tip error along the motion, room's model alone");
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for axis in axes {

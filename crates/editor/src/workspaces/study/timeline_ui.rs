@@ -416,8 +416,8 @@ fn chart_ui(
         rect.left_top() + vec2(6.0, 2.0),
         egui::Align2::LEFT_TOP,
         match measured.is_empty() {
-            true => "tip error over the trials, room's own field".to_owned(),
-            false => "tip error over the trials, room's own field; points: measured".to_owned(),
+            true => "tip error over the trials, room's model alone".to_owned(),
+            false => "tip error over the trials, room's model alone; points: measured".to_owned(),
         },
         palette::TEXT_QUIET,
     );

@@ -117,7 +117,7 @@ fn errors_ui(ui: &mut Ui, trial: &Trial) {
         figure_ui(ui, "angle error", &angle, palette::TEXT);
     });
     rows.response.explained(
-        "Errors of this pose in the room's own field. The design's figures are expected values, which \
+        "Errors of this pose by the room's model alone. The design's figures are expected values, which \
          include what the measurements leave open",
     );
 }

@@ -3,7 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::right_text_ui;
-use crate::widgets::basic::{quiet_ui, short_name, signed, warning_ui, with_unit};
+use crate::widgets::basic::{counted, quiet_ui, short_name, signed, warning_ui, with_unit};
 use crate::widgets::tooltip::{Explain, button_ui, main_button_ui};
 use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::decide::panels::DecideView;
@@ -206,7 +206,7 @@ fn row_ui(
     let notes = notes(measured, row.against_baseline.as_ref());
     let text = match notes.is_empty() {
         true => place,
-        false => format!("{place}  ({} to note)", notes.len()),
+        false => format!("{place}  ({})", counted(notes.len(), "remark", "remarks")),
     };
     ui.label(RichText::new(text).color(palette::TEXT_QUIET.color32()))
         .explained([&[worst], notes.as_slice()].concat().join("\n"));

@@ -205,11 +205,11 @@ fn answers_ui(
     quiet_ui(ui, "Green dots: sensors that are elsewhere than at the start");
 }
 
-/// What binds, how flat the optimum is, what is undetermined, what else is to be known.
+/// What limits it, how flat the optimum is, what is undetermined, what else is to be known.
 fn details_ui(ui: &mut Ui, result: &SearchResult) {
     let optimized = &result.optimized;
     if !optimized.binding.is_empty() {
-        section_ui(ui, "What binds");
+        section_ui(ui, "What limits it");
         for binding in &optimized.binding {
             let words = binding.constraint.words();
             wrapped_ui(ui, &format!("Better beyond it: the coil of {} {words}", binding.sensor));

@@ -173,8 +173,9 @@ fn systems_ui(ui: &mut Ui, fitted: &Fitted) {
         quiet_ui(ui, "order 0 has no coefficients");
         return;
     };
-    fact_ui(ui, "least rank", &format!("{} of {}", count(by(|s| s.rank)), count(first.unknowns)));
-    fact_ui(ui, "least samples", &count(by(|s| s.samples)));
+    let rank = format!("{} of {}", count(by(|s| s.rank)), count(first.unknowns));
+    fact_ui(ui, "independent equations, least", &rank);
+    fact_ui(ui, "samples, least", &count(by(|s| s.samples)));
     let conditions = systems.iter().map(|s| s.condition);
     let least = conditions.clone().fold(f64::INFINITY, f64::min);
     let most = conditions.fold(0.0, f64::max);
@@ -182,7 +183,7 @@ fn systems_ui(ui: &mut Ui, fitted: &Fitted) {
         1 => format!("{most:.1}"),
         _ => format!("{least:.1} to {most:.1}"),
     };
-    fact_ui(ui, "condition", &text);
+    fact_ui(ui, "condition number", &text);
 }
 
 /// Draws the design's figures in the present room beside those in the fitted one.

@@ -11,7 +11,7 @@ use bevy_egui::egui::{self, Align, Context, Grid, Label, Layout, RichText, Scrol
 use trackwright_report::selection::{head, notes, reason, rows};
 use trackwright_report::selection_chart::chart;
 
-const CHART_TITLE: &str = "Model error on unseen data, by order (Fig. 3)";
+const CHART_TITLE: &str = "Model error on unseen data, by order";
 
 const PANEL_HEIGHT: f32 = 210.0;
 const WINDOW_WIDTH: f32 = 760.0;

@@ -166,7 +166,10 @@ fn polynomials_ui(ui: &mut Ui, settings: &mut FieldSettings) {
             .collect();
     choice_ui(
         ui,
-        ("ridge", "holds coefficients small, as a part of the largest singular value"),
+        (
+            "ridge",
+            "keeps coefficients small that the measurements hardly determine; part of the largest singular value",
+        ),
         &mut model.ridge,
         &ridges,
     );
