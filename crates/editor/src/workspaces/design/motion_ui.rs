@@ -9,9 +9,9 @@ use trackwright_design::{BodyRole, Edit};
 use trackwright_simulation::{AxisRange, ErrorOf, Metric, Motion, Pivot, Requirement, RigidBody};
 
 /// Width of a field; three stand in a row.
-const NARROW: f32 = 66.0;
+pub(crate) const NARROW: f32 = 66.0;
 /// Width of an axis's checkbox with its name.
-const AXIS_WIDTH: f32 = 44.0;
+pub(crate) const AXIS_WIDTH: f32 = 44.0;
 
 /// Where an axis of a motion is.
 type AxisOf = fn(&mut Motion) -> &mut Option<AxisRange>;

@@ -1,10 +1,11 @@
 //! What the turns of a range of motion are about.
 
+use crate::widgets::basic::{NumberField, number_ui, quiet_ui};
 use crate::widgets::tooltip::Explain;
-use crate::workspaces::design::actions::DesignAction;
-use crate::workspaces::design::motion_ui::MotionOf;
-use crate::workspaces::design::rows::{row_ui, vector_ui};
-use bevy_egui::egui::{self, ComboBox, Ui};
+use crate::workspaces::design::actions::{DesignAction, number_edits};
+use crate::workspaces::design::motion_ui::{AXIS_WIDTH, MotionOf, NARROW};
+use crate::workspaces::design::rows::{AXES, row_ui};
+use bevy_egui::egui::{self, ComboBox, Ui, vec2};
 use trackwright_simulation::{Motion, Pivot};
 
 /// A choice, and the numbers of a point.
@@ -45,7 +46,26 @@ pub(crate) fn pivot_ui(
         Pivot::Reference(point) => (point, Pivot::Reference),
         Pivot::Tip | Pivot::Origin => return,
     };
-    vector_ui(ui, "pivot", &point.into(), actions, "Move pivot", |v| Some(with(of_what(v.into()))));
+    // In a row below those of the axes, of which each is as wide.
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let size = vec2(AXIS_WIDTH, ui.spacing().interact_size.y);
+        let layout = egui::Layout::left_to_right(egui::Align::Center);
+        ui.allocate_ui_with_layout(size, layout, |ui| {
+            ui.set_min_width(AXIS_WIDTH);
+            quiet_ui(ui, "x, y, z");
+        });
+        for (k, axis) in AXES.into_iter().enumerate() {
+            let field_name = format!("pivot {axis} in mm");
+            let field = NumberField { decimals: 1, ..NumberField::length(&field_name) };
+            let changes = number_ui(ui, &field.width(NARROW), point[k]);
+            number_edits(&changes, actions, "Move pivot", |v| {
+                let mut point = point;
+                point[k] = v;
+                Some(with(of_what(point)))
+            });
+        }
+    });
 }
 
 fn about(pivot: &Pivot) -> &'static str {
