@@ -114,11 +114,13 @@ fn the_distance_of_an_object_is_found() {
     let places = list(&found, "places");
     let moved = |place: &Value| number(&place["moved_mm"]);
     assert!(places.is_sorted_by(|a, b| moved(a) < moved(b)));
+    // From beside the tip outwards.
+    assert!(moved(&places[0]) < -250.0, "{}", places[0]);
     for place in places {
         let holds = moved(place) >= number(&from["moved_mm"]);
         assert_eq!(place["verdict"] == "met", holds, "{place}");
-        let high_mm = number(&place["figures"]["position_mm"]["rms"]["high"]);
-        assert!(!holds || high_mm <= 1.0, "{place}");
+        let high_mm = &place["figures"]["position_mm"]["rms"]["high"];
+        assert!(!holds || number(high_mm) <= 1.0, "{place}");
     }
     let words = ["plate moved along (1.000, 0.000, 0.000)", "the requirement holds from "];
     scratch.succeed_with("metal distance a.design.ron --direction 1,0,0", &words);

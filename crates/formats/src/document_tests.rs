@@ -39,6 +39,7 @@ const DESIGN: &str = r#"(
         pose: (position: (0.0, 0.0, 30.0), rotation: (1.0, 0.0, 0.0, 0.0)),
     ),
     motion: (
+        pivot: Tip,
         x: (min: -50.0, max: 50.0, step: 50.0),
         y: (min: -50.0, max: 50.0, step: 50.0),
         z: (min: -50.0, max: 50.0, step: 50.0),
