@@ -112,8 +112,7 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let moves = moves(args, &world).with_context(named)?;
     let goal = goal(args, &world).with_context(named)?;
     let (position_mm, angle_deg) = args.built_error;
-    let built =
-        (position_mm > 0.0 || angle_deg > 0.0).then_some(BuiltError { position_mm, angle_deg });
+    let built = BuiltError { position_mm, angle_deg }.unless_exact();
     let problem = trackwright_project::placement_problem(&world, &rooms, moves, goal, args.rooms);
     let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;

@@ -365,6 +365,27 @@ fn the_panel_chooses_what_may_move() {
     assert_eq!(counted.sensors, Some(1..=3));
 }
 
+#[test]
+fn what_sensors_are_built_within_is_typed() {
+    let app = app();
+    let wish = Wish::of(document(&app).design());
+    assert_eq!((wish.built.position_mm, wish.built.angle_deg), (0.2, 0.3));
+    for (field, text, built) in [
+        ("building error in mm", "0.45", BuiltError { position_mm: 0.45, ..wish.built }),
+        ("building error in degrees", "0", BuiltError { angle_deg: 0.0, ..wish.built }),
+    ] {
+        let requests = use_search(&app, |harness| {
+            harness.get_by_label(field).click();
+            harness.run_steps(2);
+            harness.get_by_label(field).type_text(text);
+            harness.run_steps(1);
+            harness.key_press(egui::Key::Enter);
+        });
+        let wanted = PlacementSearchRequest::Set(Wish { built, ..wish.clone() });
+        assert_eq!(requests, [wanted], "{field}");
+    }
+}
+
 const KINDS: [SensorChoice; 2] = [
     SensorChoice { degrees_of_freedom: 5, coil: None, cost: 120.0 },
     SensorChoice { degrees_of_freedom: 6, coil: None, cost: 300.0 },

@@ -38,6 +38,13 @@ pub struct BuiltError {
     pub angle_deg: f64,
 }
 
+impl BuiltError {
+    /// `None` where sensors are exactly where they are drawn.
+    pub fn unless_exact(self) -> Option<Self> {
+        (self.position_mm > 0.0 || self.angle_deg > 0.0).then_some(self)
+    }
+}
+
 impl Default for BuiltError {
     /// What a coil that is glued into a groove by hand is off by.
     fn default() -> Self {

@@ -14,7 +14,7 @@ use crate::workspaces::design::placement_search::wish::{MOST_SENSORS, Reach, Wis
 use crate::workspaces::design::rows::{INDENT, row_ui};
 use bevy_egui::egui::{Align, ComboBox, Label, Layout, RichText, Ui};
 use trackwright_design::{BodyRole, Design};
-use trackwright_optimization::OverRooms;
+use trackwright_optimization::{BuiltError, OverRooms};
 use trackwright_simulation::METRICS;
 
 const TITLE: &str = "Find better places";
@@ -145,21 +145,29 @@ fn reach_ui(ui: &mut Ui, (name, short): (&str, &str), about: &str, reach: &mut R
     ui.horizontal(|ui| {
         ui.add_space(INDENT);
         quiet_ui(ui, "at most ±");
-        let fields = [
-            (format!("{short} at most in mm"), &mut reach.shift_mm),
-            (format!("{short} at most in degrees"), &mut reach.turn_deg),
-        ];
-        for (number, (name, value)) in fields.into_iter().enumerate() {
-            let field = match number {
-                0 => NumberField { max: 1000.0, ..NumberField::length(&name) },
-                _ => NumberField { max: 180.0, ..NumberField::angle(&name) },
-            };
-            let field = NumberField { decimals: 1, ..field.positive().width(NARROW) };
-            if let Some(typed) = typed_number_ui(ui, &field, *value) {
-                *value = typed;
-            }
-        }
+        let name = format!("{short} at most");
+        length_and_angle_ui(ui, (&name, 1), &mut reach.shift_mm, &mut reach.turn_deg);
     });
+}
+
+/// Two fields with so many decimals, neither below zero.
+fn length_and_angle_ui(
+    ui: &mut Ui,
+    (name, decimals): (&str, usize),
+    length_mm: &mut f64,
+    angle_deg: &mut f64,
+) {
+    let [in_mm, in_deg] = ["mm", "degrees"].map(|unit| format!("{name} in {unit}"));
+    let fields = [
+        (NumberField { max: 1000.0, ..NumberField::length(&in_mm) }, length_mm),
+        (NumberField { max: 180.0, ..NumberField::angle(&in_deg) }, angle_deg),
+    ];
+    for (field, value) in fields {
+        let field = NumberField { decimals, ..field.positive().width(NARROW) };
+        if let Some(typed) = typed_number_ui(ui, &field, *value) {
+            *value = typed;
+        }
+    }
 }
 
 fn counts_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
@@ -221,6 +229,14 @@ fn goal_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
                 }
             });
         choice.response.explained("The largest ratio of a figure to its bound, or one figure");
+    });
+    ui.horizontal(|ui| {
+        ui.label("built within ±").explained(
+            "What built sensors are off by along and about each axis, standard deviations: places \
+             that this spoils count for less",
+        );
+        let BuiltError { position_mm, angle_deg } = &mut wish.built;
+        length_and_angle_ui(ui, ("building error", 2), position_mm, angle_deg);
     });
     if design.procedure.further_rooms.is_empty() {
         return;

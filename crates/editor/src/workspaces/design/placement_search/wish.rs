@@ -4,7 +4,7 @@ use crate::widgets::basic::{count, counted};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use trackwright_design::{BodyRole, Design};
-use trackwright_optimization::{Goal, Moves, OverRooms, PoseBounds, SensorChoice};
+use trackwright_optimization::{BuiltError, Goal, Moves, OverRooms, PoseBounds, SensorChoice};
 use trackwright_project::{MOST_SETS, sets_of_sensors};
 use trackwright_simulation::{Metric, Sensor};
 
@@ -35,6 +35,8 @@ pub struct Wish {
     /// The figure that is made least; the ratio to the requirement where absent.
     pub figure: Option<Metric>,
     pub rooms: OverRooms,
+    /// What built sensors are off by.
+    pub built: BuiltError,
 }
 
 /// Whether a pose may move, and how far to either side.
@@ -83,6 +85,7 @@ impl Wish {
             kinds: Vec::new(),
             figure: None,
             rooms: OverRooms::default(),
+            built: BuiltError::default(),
         };
         *wish.numbers_mut(role) = (0..sensors).collect();
         wish

@@ -7,7 +7,7 @@ use rayon::ThreadPoolBuilder;
 use std::sync::mpsc::channel;
 use std::time::Instant;
 use trackwright_design::BodyRole;
-use trackwright_optimization::{BuiltError, Problem, Settings, optimize};
+use trackwright_optimization::{Problem, Settings, optimize};
 use trackwright_project::{Files, World, design_rooms, placement_problem};
 use trackwright_report::drawing::BodyOutline;
 use trackwright_task::{CancelToken, Hold, Task};
@@ -51,7 +51,7 @@ impl SearchJob<'_> {
         let rooms = design_rooms(&Files::default(), world)?;
         let moves = of.wish.moves(&of.design);
         let problem = placement_problem(world, &rooms, moves, of.goal, of.wish.rooms);
-        let problem = Problem { built: Some(BuiltError::default()), ..problem };
+        let problem = Problem { built: of.wish.built.unless_exact(), ..problem };
         let optimized = optimize(&problem, settings, &enough, &task, &mut |progress| {
             let after_secs = start.elapsed().as_secs_f64();
             let (best, evaluations) = (Box::new(progress.best.clone()), progress.evaluations);
