@@ -361,6 +361,7 @@ pub(super) mod tests {
         ],
         motions: [Single, Motion, 
             Range((
+                pivot: Body((0, 0, 50)),
                 x: (min: 0, max: 1, step: 0.5),
                 y: (min: 0, max: 1, step: 1),
                 z: (min: 0, max: 1, step: 1),

@@ -319,6 +319,23 @@ mod tests {
     }
 
     #[test]
+    fn a_moved_reference_leaves_its_pivot_in_the_room() {
+        let crf_from_tool = Pose::new(Vector3::new(20.0, -5.0, 8.0), Vector3::new(0.3, -1.2, 0.4));
+        let moved = Pose::new(Vector3::new(3.0, 40.0, -7.0), Vector3::new(-0.5, 0.1, 0.9));
+        let tip = Point3::new(0.0, 1.0, 97.0);
+        for pivot in
+            [Pivot::Origin, Pivot::Tip, Pivot::Body([1.0; 3]), Pivot::Reference([-60.0, 10.0, 4.0])]
+        {
+            let motion = Motion { pivot, ..Motion::default() };
+            let there = moved.inverse() * crf_from_tool;
+            let carried = motion.with_reference_moved(&crf_from_tool, &there);
+            let before = motion.grid(&crf_from_tool, &tip).unwrap();
+            let after = carried.grid(&there, &tip).unwrap();
+            assert!((before.pivot_in_tool() - after.pivot_in_tool()).norm() < 1e-12, "{pivot:?}");
+        }
+    }
+
+    #[test]
     fn ranges_that_cannot_be_visited_state_why() {
         let none = Motion::default();
         let axis = range(0.0, 99.0, 1.0);
