@@ -63,7 +63,7 @@ fn a_workspaces_own_keys_go_first() {
     for (key, workspace, command) in [
         ("right", workspaces::study::WORKSPACE, Some("Next trial")),
         ("right", workspaces::present::WORKSPACE, Some("Next slide")),
-        ("right", workspaces::design::WORKSPACE, None),
+        ("right", workspaces::design::WORKSPACE, Some("Nudge sensors right")),
         ("escape", workspaces::present::WORKSPACE, Some("End the presentation")),
         ("escape", workspaces::field::WORKSPACE, Some(CANCEL_DRAG.name)),
     ] {

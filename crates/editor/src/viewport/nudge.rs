@@ -19,7 +19,7 @@ type Nudge = ([f64; 2], f64, Command);
 
 pub const NUDGES: [Nudge; 8] = [
     nudge(
-        100,
+        120,
         [1.0, 0.0],
         STEP_MM,
         "Nudge sensors right",
@@ -27,7 +27,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::plain("right")],
     ),
     nudge(
-        101,
+        121,
         [-1.0, 0.0],
         STEP_MM,
         "Nudge sensors left",
@@ -35,7 +35,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::plain("left")],
     ),
     nudge(
-        102,
+        122,
         [0.0, 1.0],
         STEP_MM,
         "Nudge sensors up",
@@ -43,7 +43,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::plain("up")],
     ),
     nudge(
-        103,
+        123,
         [0.0, -1.0],
         STEP_MM,
         "Nudge sensors down",
@@ -51,7 +51,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::plain("down")],
     ),
     nudge(
-        104,
+        124,
         [1.0, 0.0],
         FINE_STEP_MM,
         "Nudge sensors right finely",
@@ -59,7 +59,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::shift("right")],
     ),
     nudge(
-        105,
+        125,
         [-1.0, 0.0],
         FINE_STEP_MM,
         "Nudge sensors left finely",
@@ -67,7 +67,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::shift("left")],
     ),
     nudge(
-        106,
+        126,
         [0.0, 1.0],
         FINE_STEP_MM,
         "Nudge sensors up finely",
@@ -75,7 +75,7 @@ pub const NUDGES: [Nudge; 8] = [
         &[Keys::shift("up")],
     ),
     nudge(
-        107,
+        127,
         [0.0, -1.0],
         FINE_STEP_MM,
         "Nudge sensors down finely",

@@ -5,6 +5,7 @@ use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
 use crate::document::state::WorldGeneration;
 use crate::palette;
+use crate::scene::materials::glow::GlowMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{Presentation, Workspace};
 use crate::viewport::ball_handle::{BallHandle, Balls, LARGE_PX};
@@ -21,7 +22,7 @@ pub struct LeastDistanceMark(Edit);
 pub(super) fn plugin(app: &mut App) {
     app.add_observer(on_click).add_systems(
         Update,
-        mark.run_if(resource_exists::<OpenWorld>)
+        mark.run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<Assets<GlowMaterial>>))
             .run_if(
                 resource_changed::<MetalDistance>
                     .or_else(resource_changed::<OpenWorld>)
