@@ -95,6 +95,11 @@ impl Motion {
         self.axes().iter().all(|(_, range)| range.is_none())
     }
 
+    /// Whether it turns the body, be it to one angle only.
+    pub fn has_turns(&self) -> bool {
+        self.axes()[3..].iter().any(|(_, range)| range.is_some())
+    }
+
     /// How many values each axis has, in the order of [`Self::axes`].
     ///
     /// # Errors

@@ -12,8 +12,9 @@ use crate::widgets::basic::signed;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
-use trackwright_design::{BodyRole, Edit};
+use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_geometry::pose::Pose;
+use trackwright_scene::shapes::outline_of;
 use trackwright_simulation::{Motion, Pivot, shaft_in_body};
 
 const WORDS: &str =
@@ -44,24 +45,17 @@ pub(super) fn place_pivot(shown: Shown, mut balls: Balls<PivotBall>) {
 }
 
 impl Grip<'_> {
-    /// `tracker_from_crf` and `tracker_from_tool`.
-    fn frames(&self) -> Option<[Pose; 2]> {
-        let design = &self.sight.world.as_ref()?.0.document.design();
-        let tracker_from_crf =
-            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
-        Some([tracker_from_crf, tracker_from_crf * design.tool.crf_from_tool])
+    fn design(&self) -> Option<&Design> {
+        Some(self.sight.world.as_ref()?.0.document.design())
     }
 
-    fn motion(&self) -> Option<Motion> {
-        self.sight.world.as_ref()?.0.document.design().motion
-    }
-
-    /// Where the pointer has the pivot: in the plane of the view, or on the shaft.
+    /// Where the pointer has the pivot, tracker frame: in the plane of the view, or on the shaft.
     fn place(&self, held: &HeldPivot, at: Vec2) -> Option<Point3<f64>> {
         let ray = self.sight.ray(at)?;
         if self.keys.is_snapping() {
-            let body = &self.sight.world.as_ref()?.0.document.design().tool.body.rigid;
-            let [_, tracker_from_tool] = self.frames()?;
+            let design = self.design()?;
+            let body = &design.tool.body.rigid;
+            let tracker_from_tool = design.tracker_from_body(BodyRole::Tool)?;
             let tip_mm = tracker_from_tool * body.judged_tip_in_body();
             let shaft = tracker_from_tool.rotation * shaft_in_body(body)?;
             let behind_mm = ray.nearest_on_line(&tip_mm, &shaft)?;
@@ -77,12 +71,8 @@ impl SceneDrag for PivotBall {
     type Grip = Grip<'static>;
 
     fn take(&self, grip: &Grip, _: &Selection, _: Vec2) -> Option<HeldPivot> {
-        let [_, tracker_from_tool] = grip.frames()?;
-        let design = grip.sight.world.as_ref()?.0.document.design();
-        let tip_in_tool = design.tool.body.rigid.judged_tip_in_body();
-        let pivot = grip.motion()?.pivot;
-        let in_tool = pivot.in_body(&tip_in_tool, &design.tool.crf_from_tool);
-        Some(HeldPivot { start_mm: tracker_from_tool * in_tool })
+        let outline = outline_of(grip.design()?)?;
+        Some(HeldPivot { start_mm: outline.pivot_mm? })
     }
 
     fn label(_: &HeldPivot) -> String {
@@ -90,11 +80,12 @@ impl SceneDrag for PivotBall {
     }
 
     fn edit(held: &mut HeldPivot, grip: &Grip, at: Vec2) -> Option<(Edit, String)> {
-        let [tracker_from_crf, _] = grip.frames()?;
-        let motion = grip.motion()?;
-        let crf_from_tool = &grip.sight.world.as_ref()?.0.document.design().tool.crf_from_tool;
+        let design = grip.design()?;
+        let motion = design.motion?;
+        let tracker_from_crf =
+            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         let in_crf = tracker_from_crf.inverse() * grip.place(held, at)?;
-        let pivot = motion.pivot.moved_to(&in_crf, crf_from_tool);
+        let pivot = motion.pivot.moved_to(&in_crf, &design.tool.crf_from_tool);
         let text = readout_text(&pivot);
         Some((Edit::SetMotion(Some(Motion { pivot, ..motion })), text))
     }

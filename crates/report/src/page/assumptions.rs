@@ -207,8 +207,7 @@ fn studied(report: &Report) -> Option<Motion> {
 
 /// What the turns are about, if there are any.
 fn pivot(report: &Report) -> Option<String> {
-    let motion = studied(report)?;
-    motion.axes()[3..].iter().find(|(_, range)| range.is_some())?;
+    let motion = studied(report).filter(Motion::has_turns)?;
     let words = motion.pivot.words("tool", report.reference());
     Some(match motion.pivot.point() {
         None => words,

@@ -75,9 +75,7 @@ pub(crate) fn motion_ui(ui: &mut Ui, of: &MotionOf, motion: Option<&Motion>) -> 
     for (name, is_shift, axis_of) in AXES {
         axis_ui(ui, (of, motion_before), name, is_shift, axis_of, &mut actions);
     }
-    if let Some(motion) = motion
-        && [motion.rx, motion.ry, motion.rz].iter().any(Option::is_some)
-    {
+    if let Some(motion) = motion.filter(|motion| motion.has_turns()) {
         pivot_ui(ui, of, motion, &mut actions);
     }
     match motion.map(Motion::trials) {
