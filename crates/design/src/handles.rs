@@ -5,7 +5,7 @@ use super::content::Design;
 use super::edit::Edit;
 use super::metal_edits::MetalEdit;
 use super::things::BodyRole;
-use nalgebra::{Translation3, UnitQuaternion};
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use trackwright_geometry::movement::Movement;
 use trackwright_geometry::pose::Pose;
 
@@ -88,6 +88,29 @@ impl Design {
                 Some(Edit::SetToolPose(movement.moved(&self.tool.crf_from_tool)))
             }
         }
+    }
+
+    /// The edits that move sensors a step along that axis of their body, either way, which points most
+    /// in a direction of the tracker frame.
+    pub fn nudged_sensors(
+        &self,
+        role: BodyRole,
+        indices: &[usize],
+        in_tracker: &Vector3<f64>,
+        step_mm: f64,
+    ) -> Vec<Edit> {
+        let (Some(tracker_from_body), Some(body)) = (self.tracker_from_body(role), self.body(role))
+        else {
+            return Vec::new();
+        };
+        let in_body = tracker_from_body.rotation.inverse() * in_tracker;
+        let axis = in_body.iamax();
+        let moved = indices.iter().filter_map(|&index| {
+            let mut sensor = body.rigid.sensors.get(index)?.clone();
+            sensor.position_in_body[axis] += step_mm.copysign(in_body[axis]);
+            Some(Edit::SetSensor { body: role, index, sensor })
+        });
+        moved.collect()
     }
 
     /// The edit that turns a sensor about its own place by the turn of a movement in the tracker

@@ -155,7 +155,19 @@ fn first_places(nearer_mm: f64, farthest_mm: f64) -> [f64; PLACES] {
     places
 }
 
+/// An object on the line, `tracker_from_object`.
+fn moved(direction: &Unit<Vector3<f64>>, moved_mm: f64, own: &Pose) -> Pose {
+    Translation3::from(direction.into_inner() * moved_mm) * own
+}
+
 impl MetalDistances {
+    /// Where the object is at its least distance, `tracker_from_object`, from where it is in the design;
+    /// nothing where it is there already, and where the requirement does not begin to hold.
+    pub fn least(&self, own: &Pose) -> Option<Pose> {
+        let moved_mm = self.holds_from?.moved_mm;
+        (moved_mm.abs() > RESOLUTION_MM).then(|| moved(&self.direction, moved_mm, own))
+    }
+
     /// From how far away the object, by its name, lets a design meet its requirement.
     pub fn statement(&self, name: &str, has_requirement: bool) -> String {
         let farthest = self.places.last();
@@ -201,11 +213,7 @@ impl MetalDistanceSearch<'_> {
     ) -> Result<MetalPlace, MetalDistanceError> {
         let mut metal = self.metal.clone();
         let object = &mut metal.objects[self.object];
-        let moved = Translation3::from(direction.into_inner() * moved_mm);
-        object.tracker_from_object = Pose::from_parts(
-            moved * object.tracker_from_object.translation,
-            object.tracker_from_object.rotation,
-        );
+        object.tracker_from_object = moved(direction, moved_mm, &object.tracker_from_object);
         let tip = self.tip_in_tracker();
         let origin_from_tip_mm =
             (object.tracker_from_object.translation.vector - tip.coords).norm();

@@ -6,10 +6,9 @@ use crate::document::selection::Selection;
 use crate::shell::commands::{AddCommand, Command, EDIT, Situation};
 use crate::shell::keys::Keys;
 use crate::viewport::camera::OrbitRig;
+use crate::widgets::basic::counted;
 use bevy::prelude::*;
 use nalgebra::Vector3;
-use trackwright_design::{BodyRole, Design, Edit};
-use trackwright_simulation::Sensor;
 
 const STEP_MM: f64 = 1.0;
 const FINE_STEP_MM: f64 = 0.1;
@@ -104,8 +103,11 @@ pub(super) fn plugin(app: &mut App) {
             let (Some(world), Some(rig)) = (world, rig) else { return };
             let camera = rig.camera.tracker_from_camera().rotation;
             let in_tracker = camera * Vector3::new(on_screen[0], on_screen[1], 0.0);
+            let Some((role, indices)) = selection.sensors() else { return };
             let design = world.0.document.design();
-            edits.write_batch(requests(design, &selection, &in_tracker, step_mm));
+            let label = format!("Move {}", counted(indices.len(), "sensor", "sensors"));
+            let moved = design.nudged_sensors(role, &indices, &in_tracker, step_mm);
+            edits.write_batch(EditRequest::step(label, moved));
         };
         app.add_command(command, run);
     }
@@ -114,38 +116,4 @@ pub(super) fn plugin(app: &mut App) {
 /// Whether sensors are selected that may be moved.
 fn is_available(now: &Situation) -> bool {
     now.world.is_some() && now.workspace.edits_design && now.selection.sensors().is_some()
-}
-
-/// One undo step that moves the selected sensors.
-fn requests(
-    design: &Design,
-    selection: &Selection,
-    in_tracker: &Vector3<f64>,
-    step_mm: f64,
-) -> Vec<EditRequest> {
-    let Some((role, indices)) = selection.sensors() else { return Vec::new() };
-    let Some(by) = body_axis(design, role, in_tracker).map(|axis| axis * step_mm) else {
-        return Vec::new();
-    };
-    let sensors = design.body(role).map_or(&[][..], |body| &body.rigid.sensors);
-    let moved = indices.iter().filter_map(|&index| {
-        let own = sensors.get(index)?;
-        let sensor = Sensor { position_in_body: own.position_in_body + by, ..own.clone() };
-        Some(EditRequest::Apply(Edit::SetSensor { body: role, index, sensor }))
-    });
-    let mut requests: Vec<EditRequest> = moved.collect();
-    if requests.len() > 1 {
-        requests.insert(0, EditRequest::Begin(format!("Move {} sensors", requests.len())));
-        requests.push(EditRequest::Commit);
-    }
-    requests
-}
-
-/// The axis of a body, either way, that points most in a direction of the tracker frame.
-fn body_axis(design: &Design, role: BodyRole, in_tracker: &Vector3<f64>) -> Option<Vector3<f64>> {
-    let in_body = design.tracker_from_body(role)?.rotation.inverse() * in_tracker;
-    let most = in_body.iamax();
-    let mut axis = Vector3::zeros();
-    axis[most] = in_body[most].signum();
-    Some(axis)
 }

@@ -132,18 +132,17 @@ impl<'a> Picked<'a> {
         let long_axis = mesh.long_axis();
         let align = |(index, sensor): (usize, &Sensor)| {
             let at = SurfaceDirections::near(surface, &sensor.position_in_body, long_axis);
-            EditRequest::Apply(Edit::Arrange {
+            Edit::Arrange {
                 body: self.body,
                 indices: vec![index],
                 arrangement: Arrangement::Align { direction_in_body: direction(&at) },
-            })
+            }
         };
-        let mut requests: Vec<EditRequest> = self.sensors().map(align).collect();
-        if requests.len() > 1 {
-            let label = format!("Align {} sensors", requests.len());
-            requests.insert(0, EditRequest::Begin(label));
-            requests.push(EditRequest::Commit);
+        let edits: Vec<Edit> = self.sensors().map(align).collect();
+        match edits.len() {
+            // One has a label of its own.
+            0 | 1 => edits.into_iter().map(EditRequest::Apply).collect(),
+            count => EditRequest::step(format!("Align {count} sensors"), edits).collect(),
         }
-        requests
     }
 }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 
-// All of these were chosen in the built-in theatre, where they miss two poses in 100,000.
+// All of these were chosen in the built-in theatre, where they miss four poses in 105,000.
 
 /// Cells along each side of the box before they are halved.
 const CELLS: usize = 8;

@@ -14,7 +14,7 @@ use crate::widgets::chart::chart_ui;
 use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy_egui::egui::{ComboBox, Ui};
-use nalgebra::{Translation3, Unit, Vector3};
+use nalgebra::{Unit, Vector3};
 use trackwright_design::Design;
 use trackwright_geometry::number;
 use trackwright_geometry::pose::Pose;
@@ -24,7 +24,7 @@ use trackwright_report::plot::Chart;
 use trackwright_simulation::Mode;
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::metal_distance::{
-    MetalDistanceSearch, MetalDistances, RESOLUTION_MM, metal_distances,
+    MetalDistanceSearch, MetalDistances, metal_distances,
 };
 
 /// How far the object is moved at most.
@@ -77,11 +77,8 @@ impl MetalDistance {
         if (key.generation, key.revision) != (generation, revision) {
             return None;
         }
-        let found = &answer.as_ref().ok()?.found;
-        let moved_mm = found.holds_from?.moved_mm;
-        let by = found.direction.into_inner() * moved_mm;
         let own = design.metal_object(key.object)?.tracker_from_object;
-        (moved_mm.abs() > RESOLUTION_MM).then_some((key.object, Translation3::from(by) * own))
+        Some((key.object, answer.as_ref().ok()?.found.least(&own)?))
     }
 }
 
