@@ -59,6 +59,11 @@ pub trait DisturbedCoils: Sync {
 
     /// What is added to the field of every coil at a place; `None` in metal.
     fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>>;
+
+    /// A distance that no metal is nearer than; infinite where none is known of.
+    fn metal_distance_mm(&self, _p: &Point3<f64>) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// Coils whose disturbed fields make errors.

@@ -208,6 +208,10 @@ impl<E: NearMetal> DisturbedCoils for Cells<E> {
     fn disturbance(&self, p: &Point3<f64>) -> Disturbance {
         self.part(p).disturbance_without(self.errors.as_ref(), &[], p)
     }
+
+    fn metal_distance_mm(&self, p: &Point3<f64>) -> f64 {
+        self.errors.distances_mm(p).into_iter().fold(f64::INFINITY, f64::min)
+    }
 }
 
 impl<E: NearMetal> PoseErrors for Cells<E> {

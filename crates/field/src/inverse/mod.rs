@@ -7,6 +7,8 @@ mod nets;
 mod newton;
 mod regions;
 mod search;
+mod signal_cells;
+mod signal_equations;
 mod signals;
 mod slopes;
 #[cfg(test)]
