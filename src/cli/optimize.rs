@@ -221,7 +221,10 @@ fn search(args: &OptimizeArgs, problem: &Problem) -> anyhow::Result<(Optimized, 
     let _timer = end_after(args.seconds, enough.clone())?;
     let settings = Settings { seed: args.seed, ..Settings::default() };
     let mut deliver = |progress: &Progress| {
-        shown.set_message(format!("best so far {}", objective_text(problem.goal, progress.best)));
+        shown.set_message(format!(
+            "best so far {}",
+            objective_text(problem.goal, progress.best.objective)
+        ));
     };
     let found = optimize(problem, &settings, &enough, &shown.task, &mut deliver)?;
     IS_OVER.store(true, Ordering::Relaxed);

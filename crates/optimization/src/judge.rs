@@ -31,14 +31,11 @@ const REACH_MM: f64 = 1e-6;
 pub(crate) struct Judged {
     /// Of what is to be expected, with the building error.
     pub objective: f64,
-    /// With three times the building error.
-    pub with_three_times: f64,
+    /// With [`BuiltError::rough`].
+    pub roughly_built: f64,
     /// One a room.
     pub studies: Vec<Study>,
 }
-
-/// Building errors with which what is expected is judged, as parts of that which is stated.
-const BUILT_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// Judges layouts of one problem.
 pub(crate) struct Judge<'a> {
@@ -256,7 +253,8 @@ impl<'a> Judge<'a> {
         let mut values: [Vec<f64>; 2] = Default::default();
         for (scenario, most) in self.problem.scenarios.iter().zip(&self.start_outside) {
             let scenario = bodies.in_room(scenario);
-            let scatters = BUILT_TIMES.map(|times| self.built_scatter(&scenario, bodies, times));
+            let built = [self.problem.built, Some(BuiltError::rough(self.problem.built))];
+            let scatters = built.map(|built| self.built_scatter(&scenario, bodies, built));
             let mut errors: [Vec<[f64; 2]>; 2] = Default::default();
             let mut log = |trial: &Trial| {
                 for (errors, scatter) in errors.iter_mut().zip(&scatters) {
@@ -290,12 +288,9 @@ impl<'a> Judge<'a> {
             }
             studies.push(study);
         }
-        let [objective, of_three] = values.map(|values| over_rooms(self.problem.rooms, &values));
-        Ok(objective.zip(of_three).map(|(objective, with_three_times)| Judged {
-            objective,
-            with_three_times,
-            studies,
-        }))
+        let [objective, rough] = values.map(|values| over_rooms(self.problem.rooms, &values));
+        let both = objective.zip(rough);
+        Ok(both.map(|(objective, roughly_built)| Judged { objective, roughly_built, studies }))
     }
 
     /// The figure that decides the objective of studies.
@@ -315,30 +310,22 @@ impl<'a> Judge<'a> {
         bodies: &'b Bodies,
         room: usize,
     ) -> Option<TipScatter<'b>> {
-        let sensors = SensorScatter { field: self.fields[room], ..self.stated(scenario, 1.0) };
+        let stated = stated(scenario, self.problem.built);
+        let sensors = SensorScatter { field: self.fields[room], ..stated };
         let is_any = sensors.jitter.is_some() || sensors.built.is_some() || sensors.field.is_some();
         is_any.then(|| TipScatter::new(sensors, bodies, scenario.orientation_weight_mm))
     }
 
-    /// What jitter and so many times the building error add.
+    /// What jitter and a building error add.
     fn built_scatter<'b>(
         &'b self,
         scenario: &Scenario,
         bodies: &'b Bodies,
-        times: f64,
+        built: Option<BuiltError>,
     ) -> Option<TipScatter<'b>> {
-        let sensors = self.stated(scenario, times);
+        let sensors = stated(scenario, built);
         let is_any = sensors.jitter.is_some() || sensors.built.is_some();
         is_any.then(|| TipScatter::new(sensors, bodies, scenario.orientation_weight_mm))
-    }
-
-    fn stated(&self, scenario: &Scenario, times: f64) -> SensorScatter<'_> {
-        let jitter = scenario.environment.jitter.filter(|jitter| jitter.problem().is_none());
-        let built = self.problem.built.map(|built| BuiltError {
-            position_mm: times * built.position_mm,
-            angle_deg: times * built.angle_deg,
-        });
-        SensorScatter { jitter, built, field: None }
     }
 
     /// What a layout leaves open that the start does not, if anything.
@@ -366,6 +353,12 @@ impl<'a> Judge<'a> {
         }
         open
     }
+}
+
+/// What sensors scatter by, as the room and the problem state it.
+fn stated(scenario: &Scenario, built: Option<BuiltError>) -> SensorScatter<'static> {
+    let jitter = scenario.environment.jitter.filter(|jitter| jitter.problem().is_none());
+    SensorScatter { jitter, built, field: None }
 }
 
 /// Tip and angle error of a trial with what scatter adds.

@@ -13,6 +13,7 @@ mod choice;
 mod constraint;
 mod covering;
 mod crf_patch;
+mod crowding;
 mod footing;
 mod grid_search;
 mod judge;
@@ -32,8 +33,11 @@ mod verdict;
 
 pub use constraint::Constraint;
 pub use crf_patch::CrfPatch;
+pub use crowding::Crowding;
 pub use optimize::optimize;
-pub use outcome::{Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain};
+pub use outcome::{
+    Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain, RoughlyBuilt,
+};
 pub use pose_change::PoseChange;
 pub use problem::{
     BuiltError, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,

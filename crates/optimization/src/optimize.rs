@@ -2,8 +2,9 @@
 
 use crate::bodies::Bodies;
 use crate::choice::{Choice, choices};
+use crate::crowding::crowded;
 use crate::judge::{Judge, Judged};
-use crate::outcome::{Layout, OptimizeError, Optimized, Progress, body_key};
+use crate::outcome::{Layout, OptimizeError, Optimized, Progress, RoughlyBuilt, body_key};
 use crate::problem::{BuiltError, Goal, Problem, Settings};
 use crate::search::{Search, Studied};
 use crate::verdict::{binding, flatness, gain, required};
@@ -139,12 +140,18 @@ pub fn optimize(
     if refused.is_some() {
         notes.push("the regions do not hold as many sensors as were allowed".into());
     }
-    let gained = start.objective - best.objective;
-    let left = of_start.with_three_times - studied.judged.with_three_times;
-    let gain_left = (problem.built.is_some() && is_better).then_some(left / gained);
+    let rough = BuiltError::rough(problem.built);
+    let roughly_built = RoughlyBuilt {
+        position_mm: rough.position_mm,
+        angle_deg: rough.angle_deg,
+        start: of_start.roughly_built,
+        best: studied.judged.roughly_built,
+    };
+    let is_rougher = problem.built != Some(rough);
     Ok(Optimized {
         candidates: of_choice.listed.iter().map(|own| own.layout(of_choice.choice)).collect(),
-        gain_left,
+        roughly_built: (is_better && is_rougher).then_some(roughly_built),
+        crowded: if is_start { Vec::new() } else { crowded(&search.movable, best_bodies) },
         undetermined: undetermined(&best),
         pareto,
         is_better,

@@ -1,6 +1,7 @@
 //! What a search has found, and the verdict on it.
 
 use crate::constraint::Constraint;
+use crate::crowding::Crowding;
 use serde::Serialize;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::comparison::Difference;
@@ -54,9 +55,11 @@ pub struct Optimized {
     /// than this; `None` where there were too many for that.
     pub certain_to_mm: Option<f64>,
     pub gain: Vec<RoomGain>,
-    /// Part of the objective's gain that is left with three times the building error; `None` without
-    /// a gain, or a building error.
-    pub gain_left: Option<f64>,
+    /// What the sensors come to when they are built less exactly than is stated; `None` without a gain, or where
+    /// no less is stated.
+    pub roughly_built: Option<RoughlyBuilt>,
+    /// Bodies whose sensors are close together in the best layout.
+    pub crowded: Vec<Crowding>,
     pub binding: Vec<Binding>,
     pub flatness: Vec<Flatness>,
     /// What the sensors of the best layout leave open, one statement each.
@@ -79,10 +82,13 @@ impl Optimized {
         }
     }
 
-    /// How much of the gain a worse workshop leaves, for a person.
-    pub fn gain_left_words(&self) -> Option<String> {
-        let percent = 100.0 * self.gain_left?.max(0.0);
-        Some(format!("With three times the building error {percent:.0} % of the gain is left"))
+    /// What a rougher workshop makes of start and best, for a person; `text` writes an objective.
+    pub fn roughly_built_words(&self, text: impl Fn(f64) -> String) -> Option<String> {
+        let RoughlyBuilt { position_mm, angle_deg, start, best } = self.roughly_built?;
+        let [start, best] = [start, best].map(text);
+        Some(format!(
+            "Built within {position_mm} mm and {angle_deg}° it has {best}, the start {start}"
+        ))
     }
 
     /// Of a search that was ended before it had judged a layout.
@@ -95,7 +101,8 @@ impl Optimized {
             evaluations,
             certain_to_mm: None,
             gain: Vec::new(),
-            gain_left: None,
+            roughly_built: None,
+            crowded: Vec::new(),
             binding: Vec::new(),
             flatness: Vec::new(),
             undetermined: Vec::new(),
@@ -113,6 +120,16 @@ pub struct RoomGain {
     pub room: String,
     /// One of each of [`METRICS`](trackwright_simulation::METRICS); empty where a study has no figures.
     pub differences: Vec<Difference>,
+}
+
+/// Start and best with [`BuiltError::rough`](crate::BuiltError::rough).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RoughlyBuilt {
+    pub position_mm: f64,
+    pub angle_deg: f64,
+    /// As [`Layout::objective`].
+    pub start: f64,
+    pub best: f64,
 }
 
 /// A constraint without which a better layout was near.

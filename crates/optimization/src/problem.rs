@@ -43,6 +43,12 @@ impl BuiltError {
     pub fn unless_exact(self) -> Option<Self> {
         (self.position_mm > 0.0 || self.angle_deg > 0.0).then_some(self)
     }
+
+    /// 0.3 mm and 1°, what a coil that is glued onto a surface is off by, or what is stated where that is more.
+    pub fn rough(stated: Option<Self>) -> Self {
+        let stated = stated.unwrap_or(Self { position_mm: 0.0, angle_deg: 0.0 });
+        Self { position_mm: stated.position_mm.max(0.3), angle_deg: stated.angle_deg.max(1.0) }
+    }
 }
 
 impl Default for BuiltError {

@@ -49,11 +49,11 @@ pub fn with_layout(world: &World, layout: &Layout) -> Result<World, EditError> {
     Ok(better)
 }
 
-/// What the search makes least, of a layout.
-pub fn objective_text(goal: Goal, layout: &Layout) -> String {
+/// What the search makes least.
+pub fn objective_text(goal: Goal, objective: f64) -> String {
     match goal {
-        Goal::Requirement(_) => format!("{:.4} of the limit", layout.objective),
-        Goal::Figure(metric) => format!("{:.4} {}", layout.objective, metric.unit()),
+        Goal::Requirement(_) => format!("{objective:.4} of the limit"),
+        Goal::Figure(metric) => format!("{objective:.4} {}", metric.unit()),
     }
 }
 
@@ -79,7 +79,7 @@ impl FoundPlaces {
             false => "the best that was found, which is not written:",
         };
         let candidates = found.candidates.iter().enumerate().skip(1).map(|(k, layout)| {
-            let objective = objective_text(goal, layout);
+            let objective = objective_text(goal, layout.objective);
             layout_section(layout, &found.start)
                 .headed(format!("candidate {}, {objective}:", k + 1))
         });
@@ -89,8 +89,10 @@ impl FoundPlaces {
             .with(data("gain", gain))
             .with(data("is_better", found.is_better))
             .with(found.verdict().to_owned())
-            .with(data("gain_left", found.gain_left))
-            .with_all(found.gain_left_words())
+            .with(data("roughly_built", found.roughly_built))
+            .with_all(found.roughly_built_words(|value| objective_text(goal, value)))
+            .with(data("crowded", &found.crowded))
+            .with_all(found.crowded.iter().map(|own| format!("close together: {}", own.words())))
             .with(layout_section(&found.best, &found.start).headed(places))
             .with(data("binding", &found.binding))
             .with_all(found.binding.iter().map(binding_line))

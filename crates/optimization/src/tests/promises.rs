@@ -1,8 +1,10 @@
 //! What every search keeps: order, seeds, threads, the start.
 
 use super::cases::{crf_problem, needle_problem, room};
-use crate::{Goal, Moves, Optimized, Problem, Settings, optimize};
-use trackwright_simulation::{CancelToken, Metric, Requirement, run};
+use crate::bodies::{Bodies, Movable, Slot};
+use crate::crowding::crowded;
+use crate::{BuiltError, Goal, Moves, Optimized, Problem, Settings, optimize};
+use trackwright_simulation::{CancelToken, Metric, PlacedBody, Requirement, run};
 use trackwright_task::Task;
 
 fn search(problem: &Problem) -> Optimized {
@@ -45,6 +47,38 @@ fn what_is_best_already_stays() {
     assert!(less < 1e-3, "{less}");
     // An exact room shows any gain; one of less than a thousandth is no reason for a change.
     assert!(!again.is_better);
+}
+
+#[test]
+fn roughly_built_is_the_objective_so_stated() {
+    let mut problem = needle_problem(vec![room(13)], &[40.0, 60.0], 13);
+    problem.built = Some(BuiltError::default());
+    let found = search(&problem);
+    let rough = found.roughly_built.unwrap();
+    assert!(found.is_better && rough.best > found.best.objective);
+    problem.built = Some(BuiltError::rough(problem.built));
+    assert_eq!(search(&problem).start.objective, rough.start);
+    problem.scenarios[0].tool = found.best.tool;
+    let stated = search(&problem);
+    assert_eq!((stated.start.objective, stated.roughly_built), (rough.best, None));
+}
+
+#[test]
+fn sensors_at_one_end_are_close_together() {
+    let close = |places_mm: &[f64]| {
+        let problem = needle_problem(vec![room(13)], places_mm, 13);
+        let bodies = Bodies::of(&problem.scenarios[0]);
+        let slots = [0, 1].map(|index| Slot { body: PlacedBody::Tool, index }).to_vec();
+        crowded(&Movable::new(&problem, bodies.clone(), slots).unwrap(), &bodies)
+    };
+    assert_eq!(close(&[20.0, 120.0]), []);
+    let [found] = &close(&[100.0, 120.0])[..] else { panic!() };
+    assert_eq!((found.body, found.from_tip_mm), ("tool", Some([100.0, 120.0])));
+    // Coils of 9 mm in a channel of 140 mm.
+    assert!(
+        (found.span_mm - 20.0).abs() < 1e-9 && (found.allowed_mm - 131.0).abs() < 0.1,
+        "{found:?}"
+    );
 }
 
 #[test]

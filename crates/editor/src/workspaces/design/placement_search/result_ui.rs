@@ -90,7 +90,9 @@ fn verdict_ui(ui: &mut Ui, goal: Goal, optimized: &Optimized) {
     if optimized.is_stopped {
         quiet_ui(ui, "Stopped early: this is the best that was found until then");
     }
-    if let Some(words) = optimized.gain_left_words() {
+    let rough = optimized.roughly_built_words(|value| objective_text(goal, value));
+    let crowded = optimized.crowded.iter().map(|own| capitalised(&own.words()));
+    for words in rough.into_iter().chain(crowded) {
         wrapped_ui(ui, &words);
     }
     for (room, gain) in optimized.gain.iter().enumerate() {
