@@ -2,12 +2,11 @@
 
 use crate::bodies::Bodies;
 use crate::choice::{Choice, choices};
-use crate::crowding::crowded;
 use crate::judge::{Judge, Judged};
 use crate::outcome::{Layout, OptimizeError, Optimized, Progress, RoughlyBuilt, body_key};
 use crate::problem::{BuiltError, Goal, Problem, Settings};
 use crate::search::{Search, Studied};
-use crate::verdict::{binding, flatness, gain, required};
+use crate::verdict::{binding, crowded, flatness, gain, required};
 use trackwright_simulation::study::NoFigures;
 use trackwright_simulation::{CancelToken, RoomFieldFigures, run};
 use trackwright_task::Task;

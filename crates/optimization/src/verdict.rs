@@ -1,13 +1,15 @@
 //! The verdict on a best layout: the gain in fields the search did not see, what binds it, how flat the
-//! optimum is.
+//! optimum is, and sensors that are close together.
 
-use crate::bodies::{Bodies, Position};
+use crate::bodies::{Bodies, Movable, Position};
+use crate::crowding::Crowding;
 use crate::outcome::{Binding, Flatness, RoomGain, body_key};
 use crate::problem::{Goal, OverRooms, Problem};
 use crate::search::Search;
+use nalgebra::Point3;
 use trackwright_field::Environment;
 use trackwright_simulation::comparison::{self, Pair, Plan};
-use trackwright_simulation::{Metric, Sensor};
+use trackwright_simulation::{Metric, PlacedBody, Sensor};
 use trackwright_task::{Cancelled, Task};
 
 /// A step at which a constraint is seen to bind: half of what a coil can be glued to.
@@ -28,6 +30,13 @@ const HALVINGS: usize = 10;
 
 /// Gain in an exact room that is a reason for a change, as a part of the objective.
 const LEAST_GAIN: f64 = 1e-3;
+
+/// Part of the largest distance between allowed places below which sensors are close together. The lever of their
+/// building errors and jitter is as much shorter.
+const CROWDED: f64 = 0.4;
+
+/// Allowed places of each sensor that are looked at.
+const PLACES: usize = 64;
 
 /// The best layout against the start in every room, and whether the gain is one that the rooms can
 /// tell.
@@ -199,4 +208,41 @@ fn directions(search: &Search, position: &Position, number: usize) -> Vec<Vec<f6
         way
     });
     whole.collect()
+}
+
+/// Bodies with sensors that move and are close together.
+pub(crate) fn crowded(movable: &Movable, bodies: &Bodies) -> Vec<Crowding> {
+    let each = [PlacedBody::Tool, PlacedBody::Crf].into_iter();
+    each.filter_map(|body| crowding(movable, bodies, body)).collect()
+}
+
+fn crowding(movable: &Movable, bodies: &Bodies, body: PlacedBody) -> Option<Crowding> {
+    let (rigid, places) = (bodies.body(body)?, movable.places(body)?);
+    let moved: Vec<usize> =
+        movable.slots.iter().filter(|slot| slot.body == body).map(|slot| slot.index).collect();
+    if moved.is_empty() || rigid.sensors.len() < 2 {
+        return None;
+    }
+    let taken: Vec<Point3<f64>> = rigid.sensors.iter().map(|own| own.position_in_body).collect();
+    let allowed = moved.iter().flat_map(|&index| {
+        let grid = places.grid(&rigid.sensors[index], PLACES).places;
+        grid.into_iter().map(|place| place.sensor.position_in_body)
+    });
+    let allowed: Vec<Point3<f64>> = allowed.chain(taken.iter().copied()).collect();
+    let [span_mm, allowed_mm] = [&taken, &allowed].map(|points| span_mm(points));
+    if span_mm >= CROWDED * allowed_mm {
+        return None;
+    }
+    let from_tip_mm = rigid.tip_in_body.map(|tip| {
+        let each = taken.iter().map(|place| (place - tip).norm());
+        each.fold([f64::INFINITY, 0.0], |[least, most], mm| [mm.min(least), mm.max(most)])
+    });
+    Some(Crowding { body: body_key(body), span_mm, from_tip_mm, allowed_mm })
+}
+
+/// The largest distance between two points.
+fn span_mm(points: &[Point3<f64>]) -> f64 {
+    let each = points.iter().enumerate();
+    let pairs = each.flat_map(|(k, a)| points[k + 1..].iter().map(move |b| (a - b).norm()));
+    pairs.fold(0.0, f64::max)
 }

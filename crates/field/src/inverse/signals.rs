@@ -5,6 +5,10 @@
 //! `W (m·B(x) − n·B⁰(p)) = 0`. These equations are linear in `m`: they are solved for it at places all over the
 //! box, which are the nearer to each other the more the metal's field varies, and from the places where the least
 //! is left Broyden's method goes on. So poses a few millimetres from metal are found as well.
+//! Beyond a fold there is another pose, which is looked for by the curvature of the readings.
+//!
+//! The constants here, of cells and of equations were chosen in the built-in theatre, where three poses in 325,000 are
+//! missed.
 
 use super::equations::AxisPose;
 use super::signal_cells::Cell;

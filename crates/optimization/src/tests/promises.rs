@@ -2,7 +2,7 @@
 
 use super::cases::{crf_problem, needle_problem, room};
 use crate::bodies::{Bodies, Movable, Slot};
-use crate::crowding::crowded;
+use crate::verdict::crowded;
 use crate::{BuiltError, Goal, Moves, Optimized, Problem, Settings, optimize};
 use trackwright_simulation::{CancelToken, Metric, PlacedBody, Requirement, run};
 use trackwright_task::Task;
