@@ -24,7 +24,7 @@ use trackwright_editor::workspaces::field::state::{
 };
 use trackwright_editor::workspaces::field::{FieldPlugin, FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_project::RoomSource;
+use trackwright_project::{RoomSource, builtin_rooms};
 use trackwright_simulation::Figures;
 
 pub fn with_field(mut app: App) -> App {
@@ -293,15 +293,29 @@ fn the_own_rooms_file_is_never_replaced() {
     request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
     assert!(error(&app).text.contains("a file that is read here"));
     assert_eq!(scratch.read("other.env.ron"), was);
+}
 
-    // The built-in room has to become a file of its own for a design on the disk.
-    let builtin = field_state(&app).rooms[0].place.clone();
-    request_and_wait(&mut app, FieldRequest::Assign(builtin.clone()));
-    let dialog = app.world().resource::<Dialogs>().get();
-    assert!(
-        matches!(dialog, Some(FieldDialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
-        "{dialog:?}"
-    );
+#[test]
+fn a_click_tries_any_room_and_undo_leaves_it() {
+    let scratch = Scratch::new();
+    let mut app = saved_app(&scratch.path(""));
+    let before = figure_bits(&app);
+    let builtin_rooms: Vec<_> = builtin_rooms().collect();
+    for room in &builtin_rooms {
+        request_and_wait(&mut app, FieldRequest::Assign(room.clone()));
+        assert!(app.world().resource::<Dialogs>().current.is_none());
+        assert_eq!(field_state(&app).own.as_ref(), Some(room));
+        let name = app.world().resource::<OpenWorld>().0.bare_environment().name.clone();
+        let notice = app.world().resource::<Notice>();
+        let Notice::Done(text) = notice else { panic!("{notice:?}") };
+        assert!(text.starts_with(&format!("The design is in room {name}; Undo")), "{text}");
+    }
+    for _ in &builtin_rooms {
+        request(&mut app, EditRequest::Undo);
+        finish(&mut app);
+    }
+    assert_eq!(figure_bits(&app), before);
+    assert!(!app.world().resource::<OpenWorld>().0.document.is_dirty());
 }
 
 #[test]

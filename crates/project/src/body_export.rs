@@ -2,7 +2,6 @@
 
 use super::error::StoreError;
 use super::paths::{file_name, free_name};
-use super::read::Storage;
 use super::reader::home;
 use super::tool::{body_format_of, is_same_file, moved_body_text};
 use super::watch::watched_files;
@@ -55,8 +54,7 @@ impl BodyExport {
                 })?)
             }
         };
-        let is_embedded =
-            |mesh: &str| storage == Storage::BuiltIn && !Path::new(mesh).is_absolute();
+        let is_embedded = |mesh: &str| !storage.is_on_disk(Path::new(mesh));
         let embedded = body.mesh.take_if(|mesh| is_embedded(&mesh.file));
         Ok(Some(Self {
             file: file.to_owned(),

@@ -91,8 +91,8 @@ pub use resolve::{
 pub use results::{LogError, NoToday, Recorder, report_file, today, write_log};
 pub use room_metal::{MetalAnswer, MetalRequest, RoomContent, refresh_metal};
 pub use rooms::{
-    RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for, further_rooms, list_rooms,
-    own_room, reference_to_file, reference_to_room, rooms_of_folder, write_room_for,
+    RoomListing, RoomSource, RoomSummary, builtin_rooms, further_rooms, list_rooms, own_room,
+    reference_to_file, reference_to_room, rooms_of_folder, write_room_for,
 };
 pub use samples::{
     MOST_LAG_ROWS, MOST_SENSOR_OFFSET_MM, MeasurementTable, SampleReading, TableGroups,

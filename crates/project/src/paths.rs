@@ -7,6 +7,20 @@ use std::path::{Component, Path, PathBuf};
 /// How a room's file ends.
 pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
 
+/// What a file of the disk refers to a built-in one by: this and the path in the built-in world, as
+/// `builtin:/assets/environments/operating-theatre.env.ron`.
+const BUILT_IN: &str = "builtin:";
+
+/// How a file of the disk refers to a built-in one.
+pub(super) fn built_in_reference(path: &str) -> String {
+    format!("{BUILT_IN}/{path}")
+}
+
+/// The path in the built-in world of what a file of the disk refers to there.
+pub(super) fn path_in_built_in(path: &Path) -> Option<&Path> {
+    path.strip_prefix(BUILT_IN).ok()
+}
+
 /// The path with `.` and `..` worked out by name alone.
 pub(super) fn without_dots(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
@@ -26,9 +40,13 @@ pub(super) fn without_dots(path: &Path) -> PathBuf {
     out
 }
 
-/// How a file in `folder` refers to `target`: relative with slashes, absolute on another drive. A
-/// link is referred to by its own name, wherever it leads.
+/// How a file in `folder` refers to `target`: relative with slashes, absolute on another drive and from the
+/// built-in world. A link is referred to by its own name, wherever it leads.
 pub(super) fn relative(folder: &Path, target: &Path) -> String {
+    if path_in_built_in(target).is_some() {
+        return target.to_string_lossy().into_owned();
+    }
+    let is_from_built_in = path_in_built_in(folder).is_some();
     let (folder, target) = (absolute(folder), in_real_folder(target));
     let mut from = folder.components().peekable();
     let mut to = target.components().peekable();
@@ -36,7 +54,7 @@ pub(super) fn relative(folder: &Path, target: &Path) -> String {
         from.next();
         to.next();
     }
-    if from.peek().is_some_and(|c| matches!(c, Component::Prefix(_))) {
+    if is_from_built_in || from.peek().is_some_and(|c| matches!(c, Component::Prefix(_))) {
         return target.to_string_lossy().into_owned();
     }
     let ups = from.map(|_| "..".to_owned());
@@ -44,8 +62,12 @@ pub(super) fn relative(folder: &Path, target: &Path) -> String {
     ups.chain(downs).collect::<Vec<_>>().join("/")
 }
 
-/// The path as the file system sees it, links followed, as far as it exists.
+/// The path as the file system sees it, links followed, as far as it exists; one of the built-in world as
+/// it is.
 pub(super) fn absolute(path: &Path) -> PathBuf {
+    if path_in_built_in(path).is_some() {
+        return path.to_owned();
+    }
     if let Ok(path) = path.canonicalize() {
         return path;
     }
@@ -184,6 +206,15 @@ mod tests {
         assert_eq!(relative("/nowhere/a/b", "/nowhere/a/b/x.ron"), "x.ron");
         assert_eq!(relative("/nowhere/a/b", "/nowhere/c/x.ron"), "../../c/x.ron");
         assert_eq!(relative("/nowhere", "/nowhere/c/x.ron"), "c/x.ron");
+    }
+
+    #[test]
+    fn the_built_in_world_is_reached_from_the_disk() {
+        let room = built_in_reference("assets/environments/a.env.ron");
+        assert_eq!(relative(Path::new("/nowhere"), Path::new(&room)), room);
+        let folder = Path::new(&room).parent().unwrap();
+        assert_eq!(relative(folder, Path::new("/nowhere/a.stl")), "/nowhere/a.stl");
+        assert_eq!(absolute(Path::new(&room)), Path::new(&room));
     }
 
     #[cfg(unix)]

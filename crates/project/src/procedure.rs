@@ -115,9 +115,9 @@ fn rooms(
     for_now: &[PathBuf],
 ) -> Vec<Room> {
     let design = world.document.design();
-    let real = |path: &Path| match storage {
-        Storage::BuiltIn if !path.is_absolute() => path.to_owned(),
-        _ => absolute(path),
+    let real = |path: &Path| match storage.is_on_disk(path) {
+        true => absolute(path),
+        false => path.to_owned(),
     };
     let mut known = vec![real(&storage.resolve(file, &design.environment))];
     let further = design.procedure.further_rooms.iter().map(|room| Wanted {

@@ -2,7 +2,7 @@
 
 use super::builtin;
 use super::error::StoreError;
-use super::paths::{file_name, without_dots};
+use super::paths::{file_name, path_in_built_in, without_dots};
 use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -85,23 +85,41 @@ impl Storage {
         kind: impl Into<Kind>,
     ) -> Result<Cow<'static, [u8]>, ReadFailure> {
         let most_bytes = kind.into().most_bytes;
-        match self {
-            Self::Disk => read_disk(file, most_bytes).map(Cow::Owned),
-            Self::BuiltIn if file.is_absolute() => read_disk(file, most_bytes).map(Cow::Owned),
-            Self::BuiltIn => builtin::bytes(&without_dots(file))
-                .map(Cow::Borrowed)
-                .ok_or_else(|| ReadFailure::Io(io::ErrorKind::NotFound.into())),
+        if self.is_on_disk(file) {
+            return read_disk(file, most_bytes).map(Cow::Owned);
         }
+        builtin::bytes(&without_dots(path_in_built_in(file).unwrap_or(file)))
+            .map(Cow::Borrowed)
+            .ok_or_else(|| ReadFailure::Io(io::ErrorKind::NotFound.into()))
     }
 
     /// The file that `reference`, written in `from`, means.
     pub(super) fn resolve(self, from: &Path, reference: &str) -> PathBuf {
-        let joined = from.parent().unwrap_or(Path::new("")).join(reference);
-        match self {
-            // `a/link/../b` is for the file system to work out, where `link` may lead elsewhere.
-            Self::Disk => joined,
-            Self::BuiltIn => without_dots(&joined),
+        let joined = match path_in_built_in(Path::new(reference)) {
+            Some(path) if self == Self::BuiltIn => path.to_owned(),
+            Some(_) => reference.into(),
+            None => from.parent().unwrap_or(Path::new("")).join(reference),
+        };
+        // `a/link/../b` is for the file system to work out, where `link` may lead elsewhere.
+        match self.is_on_disk(&joined) {
+            true => joined,
+            false => without_dots(&joined),
         }
+    }
+
+    /// Whether a file can be changed by others: one of the built-in world, which the disk refers to as
+    /// `builtin:/…` and which refers to the disk by absolute paths, cannot.
+    pub(super) fn is_on_disk(self, file: &Path) -> bool {
+        match self {
+            Self::Disk => path_in_built_in(file).is_none(),
+            Self::BuiltIn => file.is_absolute(),
+        }
+    }
+
+    /// The built-in file that a path is, in the built-in world's own spelling.
+    pub(super) fn built_in(self, file: &Path) -> Option<&'static str> {
+        let inner = path_in_built_in(file).unwrap_or(file);
+        (!self.is_on_disk(file)).then(|| builtin::path_of(inner)).flatten()
     }
 }
 

@@ -50,17 +50,12 @@ impl Reader {
         parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
     ) -> Result<T, StoreError> {
         read(self.storage, file, kind, |bytes| {
-            if is_on_disk(self.storage, file) {
+            if self.storage.is_on_disk(file) {
                 self.stamps.take(file, bytes);
             }
             parse(bytes)
         })
     }
-}
-
-/// Whether a file can be changed by others: one of the built-in world cannot.
-pub(super) fn is_on_disk(storage: Storage, file: &Path) -> bool {
-    storage == Storage::Disk || file.is_absolute()
 }
 
 /// Where a document's files are, and its own file there.

@@ -4,15 +4,13 @@ use super::builtin;
 use super::error::StoreError;
 use super::files::Files;
 use super::paths::{
-    ENVIRONMENT_EXTENSION, absolute, file_name, files_ending, folder_of, free_name, relative,
+    ENVIRONMENT_EXTENSION, absolute, built_in_reference, file_name, files_ending, folder_of,
+    relative,
 };
 use super::read::Storage;
 use super::reader::{Reader, home};
 use super::room_metal::RoomContent;
-use super::save_room::with_meshes;
 use super::world::World;
-use super::write::write_bytes;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_field::Environment;
@@ -139,35 +137,27 @@ pub fn further_rooms(world: &World) -> Result<Vec<RoomSource>, StoreError> {
 fn room_at(world: &World, reference: &str) -> Result<RoomSource, StoreError> {
     let (storage, file) = home(world.document.origin())?;
     let path = storage.resolve(&file, reference);
-    Ok(match storage {
-        Storage::BuiltIn => match builtin::path_of(&path) {
-            Some(path) => RoomSource::BuiltIn(path),
-            None => RoomSource::File(absolute(&path)),
-        },
-        Storage::Disk => RoomSource::File(absolute(&path)),
-    })
+    let built_in = storage.built_in(&path).map(RoomSource::BuiltIn);
+    Ok(built_in.unwrap_or_else(|| RoomSource::File(absolute(&path))))
 }
 
-/// How the open design refers to a room; `None` for a built-in room and a design on the disk.
-pub fn reference_to_room(world: &World, room: &RoomSource) -> Result<Option<String>, StoreError> {
+/// How the open design refers to a room.
+pub fn reference_to_room(world: &World, room: &RoomSource) -> Result<String, StoreError> {
     let (storage, file) = home(world.document.origin())?;
     Ok(match (storage, room) {
         (Storage::BuiltIn, RoomSource::BuiltIn(path)) => {
             let folder = file.parent().unwrap_or(Path::new(""));
-            Some(upwards(folder, Path::new(path)))
+            upwards(folder, Path::new(path))
         }
-        (Storage::BuiltIn, RoomSource::File(path)) => {
-            Some(absolute(path).to_string_lossy().into_owned())
-        }
-        (Storage::Disk, RoomSource::File(path)) => Some(relative(&folder_of(&file), path)),
-        (Storage::Disk, RoomSource::BuiltIn(_)) => None,
+        (Storage::BuiltIn, RoomSource::File(path)) => absolute(path).to_string_lossy().into_owned(),
+        (Storage::Disk, RoomSource::File(path)) => relative(&folder_of(&file), path),
+        (Storage::Disk, RoomSource::BuiltIn(path)) => built_in_reference(path),
     })
 }
 
 /// How a design refers to a file that a person named.
 pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreError> {
-    // A file is always within a design's reach.
-    Ok(reference_to_room(world, &RoomSource::of_file(file))?.unwrap_or_default())
+    reference_to_room(world, &RoomSource::of_file(file))
 }
 
 /// A reference within the built-in world, whose paths begin at its root and have no dots.
@@ -191,44 +181,6 @@ pub fn write_room_for(
     let text = environment::write(bare, metal);
     Files::except_design(world).output(file)?.write_bytes(text.as_bytes())?;
     reference_to_file(world, file)
-}
-
-/// Writes a copy of a room for the open design, with the meshes of its metal where those are built in; what
-/// it holds, and how the design refers to it.
-///
-/// # Errors
-/// As [`write_room_for`]; a room that cannot be read.
-pub fn copy_room_for(
-    world: &World,
-    file: &Path,
-    room: &RoomSource,
-) -> Result<(RoomContent, String), StoreError> {
-    let mut content = room.read()?;
-    let folder = folder_of(file);
-    let mut moved = Vec::new();
-    for mesh in content.metal.iter().flat_map(|metal| metal.mesh_files()) {
-        moved.push(match room {
-            RoomSource::File(path) => relative(&folder, &Storage::Disk.resolve(path, mesh)),
-            RoomSource::BuiltIn(path) => {
-                let built_in = Storage::BuiltIn.resolve(Path::new(path), mesh);
-                let kind = "a mesh";
-                let bytes = Storage::BuiltIn.read(&built_in, kind);
-                let bytes = bytes.map_err(|failure| failure.into_error(&built_in, kind))?;
-                let is_free =
-                    |copy: &PathBuf| fs::read(copy).map_or(!copy.exists(), |found| found == *bytes);
-                let copy = free_name(&folder.join(file_name(&built_in)), is_free);
-                if !copy.exists() {
-                    write_bytes(&copy, &bytes)?;
-                }
-                file_name(&copy)
-            }
-        });
-    }
-    let mut moved = moved.into_iter();
-    let metal = content.metal.as_ref();
-    content.metal = metal.map(|metal| with_meshes(metal, |_| moved.next().unwrap_or_default()));
-    let reference = write_room_for(world, file, &content.bare, content.metal.as_deref())?;
-    Ok((content, reference))
 }
 
 /// The built-in rooms.
@@ -270,7 +222,8 @@ pub fn list_rooms(places: Vec<RoomSource>, task: &Task) -> Result<Vec<RoomListin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{open_builtin, save_as};
+    use crate::{open_builtin, open_design_without_meshes, refresh_environment, save, save_as};
+    use trackwright_design::{Edit, MetalEdit};
 
     #[test]
     fn a_design_refers_to_its_own_room_as_it_did() {
@@ -278,15 +231,60 @@ mod tests {
         let own = own_room(&world).unwrap();
         assert!(builtin_rooms().any(|room| room == own), "{own:?}");
         let reference = reference_to_room(&world, &own).unwrap();
-        assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
+        assert_eq!(reference, world.document.design().environment);
 
         let folder = tempfile::tempdir().unwrap();
         save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
-        // From the disk the built-in room is out of reach, and its copy is beside the design.
-        assert_eq!(reference_to_room(&world, &own).unwrap(), None);
-        let own = own_room(&world).unwrap();
-        assert_eq!(rooms_of_folder(folder.path()), std::slice::from_ref(&own));
-        let reference = reference_to_room(&world, &own).unwrap();
-        assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
+        // Its copy is beside the design.
+        let copy = own_room(&world).unwrap();
+        assert_eq!(rooms_of_folder(folder.path()), std::slice::from_ref(&copy));
+        let reference = reference_to_room(&world, &copy).unwrap();
+        assert_eq!(reference, world.document.design().environment);
+        assert_eq!(
+            reference_to_room(&world, &own).unwrap(),
+            "builtin:/assets/environments/operating-table.env.ron"
+        );
+    }
+
+    #[test]
+    fn a_design_on_the_disk_may_be_in_a_built_in_room() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.design.ron");
+        let mut world = open_builtin("endoscope").unwrap();
+        save_as(&mut world, &file).unwrap();
+        for room in builtin_rooms() {
+            let content = room.read().unwrap();
+            let reference = reference_to_room(&world, &room).unwrap();
+            let metal = content.metal.clone();
+            world.document.apply(Edit::SetEnvironment { file: reference, metal }).unwrap();
+            refresh_environment(&mut world).unwrap();
+            assert_eq!(own_room(&world).unwrap(), room);
+            let written = save(&mut world).unwrap().written;
+            assert_eq!(written, std::slice::from_ref(&file), "the room is written nowhere");
+            let again = open_design_without_meshes(&file).unwrap();
+            assert_eq!(own_room(&again).unwrap(), room);
+            assert_eq!(again.document.design(), world.document.design());
+            assert!(again.files().all(Path::is_absolute), "only files of the disk are watched");
+        }
+
+        // Metal that is moved makes it a room of its own, whose built-in meshes stay where they are.
+        let design = world.document.design();
+        let metal = design.room_metal.clone().expect("the last of the built-in rooms has metal");
+        world.document.apply(Edit::Metal(MetalEdit::SetFrequency(4e3))).unwrap();
+        save(&mut world).unwrap();
+        let again = open_design_without_meshes(&file).unwrap();
+        let own = own_room(&again).unwrap();
+        assert_eq!(own.file_name(), "operating-theatre-with-metal.env.ron");
+        let kept = again.document.design().room_metal.as_ref().unwrap();
+        let meshes = |metal: &RoomMetal| metal.mesh_files().count();
+        assert!(meshes(kept) > 0 && meshes(kept) == meshes(&metal));
+        assert!(kept.mesh_files().all(|mesh| mesh.starts_with("builtin:/assets/meshes/")));
+
+        let elsewhere = tempfile::tempdir().unwrap();
+        let room = builtin_rooms().next().unwrap();
+        let file = reference_to_room(&world, &room).unwrap();
+        world.document.apply(Edit::SetEnvironment { file, metal: None }).unwrap();
+        save_as(&mut world, &elsewhere.path().join("b.design.ron")).unwrap();
+        assert_eq!(own_room(&world).unwrap(), room);
     }
 }

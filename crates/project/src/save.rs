@@ -456,7 +456,7 @@ impl Mover {
         }
         body.reference = file_name(&old_file);
         if let Some(mesh) = &mut body.mesh
-            && self.is_on_disk(&mesh.file)
+            && self.is_in_reach(&mesh.file)
         {
             mesh.file = relative(&self.folder, &Storage::Disk.resolve(&old_file, &mesh.file));
         }
@@ -467,7 +467,7 @@ impl Mover {
         match &body.copied_mesh {
             Some((old, copy)) if old == mesh => copy.clone(),
             // On the disk, and its body's file is written anew.
-            _ if body.is_copied && self.is_on_disk(mesh) => {
+            _ if body.is_copied && self.is_in_reach(mesh) => {
                 relative(&self.folder, &Storage::Disk.resolve(&body.old_file, mesh))
             }
             // It stayed where it is, or it is only ever undone to.
@@ -483,7 +483,7 @@ impl Mover {
         reference: &str,
         kind: &'static str,
     ) -> Result<Option<String>, StoreError> {
-        if self.is_on_disk(reference) {
+        if self.is_in_reach(reference) {
             return Ok(None);
         }
         let file = self.storage.resolve(from, reference);
@@ -526,16 +526,16 @@ impl Mover {
 
     /// What a reference of the old design's is from the new folder.
     fn reference(&self, reference: &str) -> String {
-        match self.is_on_disk(reference) {
+        match self.is_in_reach(reference) {
             true => relative(&self.folder, &Storage::Disk.resolve(&self.old_file, reference)),
             // Only ever undone to; nothing else of the built-in world is copied.
             false => reference.to_owned(),
         }
     }
 
-    /// Whether a reference leads to a file of the disk. The built-in world is on no disk: what it
-    /// refers to there, it refers to by the whole path, until it has a folder of its own.
-    fn is_on_disk(&self, reference: &str) -> bool {
+    /// Whether a file of the disk can refer to it as well. The built-in world refers to files of the disk by
+    /// the whole path; what it refers to by a relative one is its own.
+    fn is_in_reach(&self, reference: &str) -> bool {
         self.storage == Storage::Disk || Path::new(reference).is_absolute()
     }
 }

@@ -109,7 +109,8 @@ fn is_alike(held: Option<&RoomMetal>, own: Option<&RoomMetal>) -> bool {
 
 /// Whether a room's file holds metal and only this design uses it.
 fn is_own_room(design_file: &Path, room_file: &Path) -> bool {
-    let has_metal = held(room_file).is_some_and(|held| held.metal.is_some());
+    let has_metal = Storage::Disk.is_on_disk(room_file)
+        && held(room_file).is_some_and(|held| held.metal.is_some());
     let place = absolute(room_file);
     let others = other_designs(design_file);
     has_metal && others.iter().all(|other| !other.rooms.contains(&place))

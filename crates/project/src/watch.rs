@@ -1,7 +1,7 @@
 //! Which files of an open design were changed by somebody else since they were read or written.
 
 use super::read::Storage;
-use super::reader::{home, is_on_disk};
+use super::reader::home;
 use super::stamps::FileChange;
 use super::world::World;
 use std::path::PathBuf;
@@ -100,7 +100,7 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
         // Several may show one file.
         push_new(&mut files, WatchedPart::Anatomy, storage.resolve(&own_file, &anatomy.mesh.file));
     }
-    files.retain(|(_, file)| is_on_disk(storage, file));
+    files.retain(|(_, file)| storage.is_on_disk(file));
     files
 }
 

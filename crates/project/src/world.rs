@@ -3,7 +3,7 @@
 use super::error::StoreError;
 use super::meshes::Meshes;
 use super::read::Kind;
-use super::reader::{home, is_on_disk};
+use super::reader::home;
 use super::stamps::Stamps;
 use std::path::Path;
 use std::sync::Arc;
@@ -86,7 +86,7 @@ impl World {
         let (storage, own_file) = home(self.document.origin())?;
         for room in rooms {
             let file = storage.resolve(&own_file, room);
-            if !is_on_disk(storage, &file) || self.stamps.knows(&file) {
+            if !storage.is_on_disk(&file) || self.stamps.knows(&file) {
                 continue;
             }
             if let Ok(bytes) = storage.read(&file, Kind::ENVIRONMENT) {

@@ -12,7 +12,7 @@ pub use of_world::{mesh_reference_to, refresh_meshes, reload_meshes};
 use super::error::StoreError;
 use super::paths::extension_of;
 use super::read::{Storage, read};
-use super::reader::{Reader, is_on_disk};
+use super::reader::Reader;
 use super::stamps::Stamps;
 use std::fmt;
 use std::fs;
@@ -157,7 +157,7 @@ impl LoadedMesh {
         let from = source.referring_file(reader.storage, design_file);
         let file = source.mesh.as_ref().map(|mesh| reader.storage.resolve(&from, &mesh.file));
         let is_large = file.is_some_and(|file| {
-            is_on_disk(reader.storage, &file)
+            reader.storage.is_on_disk(&file)
                 && fs::metadata(&file)
                     .is_ok_and(|found| found.is_file() && found.len() > LARGE_BYTES)
         });
@@ -349,7 +349,7 @@ impl MeshImport {
     }
 
     fn is_embedded(&self) -> bool {
-        self.storage == Storage::BuiltIn && !self.file.is_absolute()
+        !self.storage.is_on_disk(&self.file)
     }
 
     /// Reads and examines it, which takes seconds for a million triangles: work for a thread.

@@ -169,18 +169,10 @@ impl DecideParams<'_> {
         self.edits.write(EditRequest::Apply(Edit::Procedure(edit)));
     }
 
-    /// A design on the disk cannot refer to a built-in room.
     fn add_room(&mut self, place: RoomSource) {
         let Some(world) = &self.world else { return };
         match trackwright_project::reference_to_room(&world.0, &place) {
-            Ok(Some(reference)) => self.edit(ProcedureEdit::AddRoom(reference)),
-            Ok(None) => {
-                *self.notice = Notice::Refused(
-                    "a design on the disk is judged in rooms on the disk: save a copy of this room first, in the \
-                     Field workspace"
-                        .to_owned(),
-                );
-            }
+            Ok(reference) => self.edit(ProcedureEdit::AddRoom(reference)),
             Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be used", &error)),
         }
     }

@@ -105,7 +105,7 @@ impl FieldParams<'_> {
                 }
             }
             FieldRequest::ShowSave(room) => self.show_save(room),
-            FieldRequest::Save(room, file) => self.save(&room, &with_extension(&file)),
+            FieldRequest::Save(room, file) => self.save(room, &with_extension(&file)),
             FieldRequest::Assign(place) => self.assign(place),
         }
     }
@@ -207,8 +207,7 @@ impl FieldParams<'_> {
     }
 
     fn show_save(&mut self, room: RoomToSave) {
-        let name = match &room {
-            RoomToSave::Copy(place) => place.file_name(),
+        let name = match room {
             RoomToSave::Fitted => match &self.state.fitted {
                 Some(fitted) => format!("{}{ENVIRONMENT_EXTENSION}", fitted.environment.name),
                 None => {
@@ -237,14 +236,13 @@ impl FieldParams<'_> {
         Some((found, found.room.as_ref()?))
     }
 
-    fn save(&mut self, room: &RoomToSave, file: &Path) {
+    fn save(&mut self, room: RoomToSave, file: &Path) {
         let Some(world) = &self.world else { return };
         let written = |room: RoomContent| {
             write_room_for(&world.0, file, &room.bare, room.metal.as_deref())
                 .map(|reference| (room, reference))
         };
         let saved = match room {
-            RoomToSave::Copy(place) => trackwright_project::copy_room_for(&world.0, file, place),
             RoomToSave::Fitted => match &self.state.fitted {
                 None => return,
                 Some(fitted) => {
@@ -277,12 +275,14 @@ impl FieldParams<'_> {
             .read()
             .and_then(|room| Ok((room, trackwright_project::reference_to_room(&world.0, &place)?)));
         match read {
-            Ok((room, Some(reference))) => {
+            Ok((room, reference)) => {
+                let (left, name) = (&world.0.bare_environment().name, &room.bare.name);
+                *self.notice = Notice::Done(format!(
+                    "The design is in room {name}; Undo takes it back to {left}"
+                ));
                 self.put_into(room, reference);
                 self.remember(place);
             }
-            // The built-in world is out of reach of a design on the disk.
-            Ok((_, None)) => self.show_save(RoomToSave::Copy(place)),
             Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be opened", &error)),
         }
     }

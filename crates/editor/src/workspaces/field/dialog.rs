@@ -84,8 +84,8 @@ impl Dialog for FieldDialog {
             Self::Generator { files } => files
                 .ui(ui, |path, _| request(FieldRequest::UseGenerator(GeneratorSource::File(path)))),
             Self::SaveRoom { files, room } => files.ui(ui, |path, exists| match exists {
-                true => DialogAnswer::Become(Self::ReplaceRoom { path, room: room.clone() }),
-                false => request(FieldRequest::Save(room.clone(), path)),
+                true => DialogAnswer::Become(Self::ReplaceRoom { path, room: *room }),
+                false => request(FieldRequest::Save(*room, path)),
             }),
             Self::WhichTable { file } => {
                 title_ui(ui, "What are these measurements for?");
@@ -102,7 +102,7 @@ impl Dialog for FieldDialog {
                     path.display()
                 );
                 text_ui(ui, text);
-                let save = request(FieldRequest::Save(room.clone(), path.clone()));
+                let save = request(FieldRequest::Save(*room, path.clone()));
                 buttons_ui(ui, &[("Replace", save), cancel])
             }
         }

@@ -61,14 +61,12 @@ pub enum FieldRequest {
 }
 
 /// A room that is no file of its own yet.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomToSave {
     /// The newest fit.
     Fitted,
     /// The metal that was found.
     Metal,
-    /// A built-in room, for a design that is on the disk.
-    Copy(RoomSource),
 }
 
 /// What the person is at, as a run condition.
