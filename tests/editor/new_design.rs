@@ -25,18 +25,19 @@ fn change(app: &mut App) {
 }
 
 #[test]
-fn a_new_design_opens_a_dialog_about_the_open_one() {
+fn one_dialog_is_about_the_open_design() {
     let mut app = create_app();
     change(&mut app);
+    // The choice of a design loses nothing; what was chosen would, and that is the one question.
     request_and_wait(&mut app, FileRequest::ShowNew);
+    assert_eq!(dialog(&app), Some(&DesignDialog::New));
+    let new = FileRequest::New(Starter::Tool);
+    request_and_wait(&mut app, new.clone());
     let Some(DesignDialog::Unsaved { then, .. }) = dialog(&app) else {
         panic!("no question");
     };
-    assert_eq!(*then, FileRequest::ShowNew);
-    let discard = FileRequest::Discard(Box::new(FileRequest::ShowNew));
-    request_and_wait(&mut app, discard);
-    assert_eq!(dialog(&app), Some(&DesignDialog::New));
-    request_and_wait(&mut app, FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))));
+    assert_eq!(*then, new);
+    request_and_wait(&mut app, FileRequest::Discard(Box::new(new)));
     assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
     assert_eq!(document(&app).design().crf, None);
     assert!(!document(&app).is_dirty());

@@ -238,9 +238,14 @@ impl Document {
         has_moved
     }
 
-    /// Whether design or view differ from what the files hold.
+    /// Whether design or view differ from what the files hold. Where the camera is does not count: nobody
+    /// is asked about it, and it is saved with the rest.
     pub fn is_dirty(&self) -> bool {
-        let is_view_saved = self.saved.as_ref().is_some_and(|s| s.view == self.view);
+        let saved = self.saved.as_ref();
+        let is_view_saved = saved.is_some_and(|saved| {
+            saved.view == self.view
+                || saved.view == View { camera: saved.view.camera, ..self.view.clone() }
+        });
         !(is_view_saved && self.is_saved(&self.design))
     }
 

@@ -6,6 +6,7 @@ mod history;
 mod procedure;
 
 use super::*;
+use crate::view::CameraView;
 use nalgebra::{Point3, Vector3};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
@@ -86,6 +87,28 @@ fn the_view_dirties_the_file_but_is_no_step() {
     assert_eq!((document.undo_label(), document.revision()), (None, 0));
     document.mark_saved();
     assert!(!document.is_dirty());
+}
+
+#[test]
+fn orbiting_leaves_a_saved_design_saved() {
+    let mut document = document();
+    let camera = CameraView {
+        focus_mm: [0.0; 3],
+        distance_mm: 500.0,
+        azimuth_rad: 0.1,
+        elevation_rad: 0.2,
+        is_orthographic: false,
+    };
+    let mut view = document.own_view().clone();
+    for camera in [Some(camera), Some(CameraView { azimuth_rad: 0.3, ..camera }), None] {
+        view.camera = camera;
+        document.set_view(view.clone());
+        assert!(!document.is_dirty());
+    }
+    view.camera = Some(camera);
+    view.layers.slice = !view.layers.slice;
+    document.set_view(view);
+    assert!(document.is_dirty());
 }
 
 #[test]

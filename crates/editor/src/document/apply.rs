@@ -89,6 +89,8 @@ fn apply_edits(
         requests.clear();
         return;
     };
+    // What was noted together with the request stays.
+    let is_noted_now = notice.is_changed();
     for request in requests.read() {
         // The world counts as changed only if it did: the scene is rebuilt from that.
         let document = &mut world.bypass_change_detection().0.document;
@@ -107,7 +109,9 @@ fn apply_edits(
         };
         match outcome {
             Ok(is_changed) => {
-                notice.set_if_neq(Notice::Nothing);
+                if !is_noted_now {
+                    notice.set_if_neq(Notice::Nothing);
+                }
                 if is_changed {
                     let after = document.shared_design();
                     let selected = selected_after(&selection, request, &before, &after);
@@ -231,9 +235,8 @@ impl FileState<'_> {
             self.after_save.0 = None;
         }
         match request {
-            FileRequest::ShowNew
-            | FileRequest::New(_)
-            | FileRequest::ShowOpen
+            // What only shows a dialog loses nothing: the question comes once, with the choice made there.
+            FileRequest::New(_)
             | FileRequest::Open(_)
             | FileRequest::OpenBuiltIn(_)
             | FileRequest::OpenEdited { .. }
