@@ -168,9 +168,9 @@ fn thin_discs_approach_the_closed_form() {
         let shape = shape(&cylinder(100.0, thickness_mm, 300).unwrap());
         moment(&shape, 1e-4, 1.0, &Vector3::z()) / (-8.0 / 3.0 * 1e6) - 1.0
     };
-    let excesses = [20.0, 10.0, 5.0, 2.0, 0.5].map(excess);
+    let excesses = [20.0, 5.0, 0.5].map(excess);
     // What a rim of that height adds, by 1,000 triangles and more.
-    for (found, expected) in excesses.iter().zip([0.377, 0.21, 0.114, 0.043, 0.0]) {
+    for (found, expected) in excesses.iter().zip([0.377, 0.114, 0.0]) {
         assert!((found - expected).abs() < 0.015, "{excesses:?}");
     }
 }

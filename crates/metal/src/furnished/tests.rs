@@ -72,13 +72,13 @@ fn cells_are_harmonic_where_metal_is_far() {
     let MetalEvaluation::Cells(cells) = &furnished.report.evaluation else {
         panic!("{:?}", furnished.report.evaluation)
     };
-    let [largest_mm, error_mm] = differences_mm(&furnished, 2000);
+    let [largest_mm, error_mm] = differences_mm(&furnished, 600);
     let counts = cells.counts();
     assert!(
         largest_mm < TOLERANCE_MM && error_mm > 300.0 * TOLERANCE_MM,
         "{largest_mm} {error_mm}"
     );
-    assert_eq!(counts.harmonic_poses + counts.direct_poses, 2000);
+    assert_eq!(counts.harmonic_poses + counts.direct_poses, 600);
     assert!(counts.harmonic_poses > 5 * counts.direct_poses, "{counts:?}");
 }
 
@@ -285,9 +285,10 @@ fn a_reading_in_metal_is_named() {
     let shape = ObjectShape::Cuboid { size_mm: Vector3::new(120.0, 120.0, 120.0) };
     let block = MetalObject { shape, ..plate("block", Pose::translation(150.0, 0.0, -300.0)) };
     let model = furnish(&ideal(), &metal(vec![block])).environment.model.clone();
-    for at in [[150.0, 0.0, -300.0], [153.3, 7.1, -305.7]] {
-        let reading = Pose::translation(at[0], at[1], at[2]);
-        let found = undistort(&model, &[reading], OutsidePolicy::Clamp, &Task::default()).unwrap();
-        assert_eq!((found[0].state, found[0].pose), (InverseState::NoReading, None));
+    let readings =
+        [[150.0, 0.0, -300.0], [153.3, 7.1, -305.7]].map(|[x, y, z]| Pose::translation(x, y, z));
+    let found = undistort(&model, &readings, OutsidePolicy::Clamp, &Task::default()).unwrap();
+    for found in found {
+        assert_eq!((found.state, found.pose), (InverseState::NoReading, None));
     }
 }
