@@ -2,6 +2,8 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::widgets::axis_ticks::{axis_ticks, mark_text};
+use crate::widgets::basic::decimal;
 use crate::widgets::theme;
 use bevy_egui::egui::{Color32, Label, Rangef, RichText, Ui};
 use egui_plot::{
@@ -28,6 +30,9 @@ const MARKERS: [MarkerShape; 6] = [
     MarkerShape::Down,
     MarkerShape::Cross,
 ];
+
+/// Steps between the marks of a linear axis, along and up.
+const STEPS: [usize; 2] = [5, 4];
 
 /// Draws the chart in the width that there is, its legend below it, where it covers nothing.
 pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
@@ -56,72 +61,92 @@ fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32) {
     let x = PlotAxis::new(&chart.x, chart.series.iter().flat_map(|s| &s.points).map(|p| p.0));
     let y = PlotAxis::new(&chart.y, chart.series.iter().flat_map(|s| &s.points).map(|p| p.1));
     let hover = (x, y);
-    Plot::new(&chart.title)
-        .height(height)
-        .custom_x_axes(vec![
-            AxisHints::new_x()
-                .label(&*chart.x.label)
-                .formatter(move |mark, _: &RangeInclusive<f64>| x.label(mark))
-                .label_spacing(X_LABEL_SPACING),
-        ])
-        .y_axis_label(&*chart.y.label)
-        .y_axis_formatter(move |mark, _: &RangeInclusive<f64>| y.label(mark))
-        .label_formatter(move |at| {
-            let (HoverPosition::NearDataPoint { position: point, .. }
-            | HoverPosition::Elsewhere { position: point }) = at;
-            Some(format!("{}, {}", hover.0.value(point.x), hover.1.value(point.y)))
-        })
-        .allow_scroll(false)
-        .show(ui, |plot| {
-            let mut number = 0;
-            for series in &chart.series {
-                let points = placed(series, x, y);
-                match series.style {
-                    SeriesStyle::Front => {
-                        let steps = PlotPoints::from(steps(&points));
-                        plot.line(
-                            Line::new(&*series.name, steps)
-                                .color(palette::TEXT_QUIET.color32())
-                                .width(3.0),
-                        );
-                    }
-                    SeriesStyle::Bound => {
-                        if let Some([_, y]) = points.first().copied() {
-                            let color = palette::TEXT_QUIET.color32();
-                            plot.hline(HLine::new(&*series.name, y).color(color).width(1.2));
-                        }
-                    }
-                    SeriesStyle::Intervals => {
-                        for ends in points.chunks_exact(2) {
-                            let bar = PlotPoints::from(ends.to_vec());
-                            let color = palette::TEXT_QUIET.color32();
-                            plot.line(Line::new(&*series.name, bar).color(color).width(1.2));
-                        }
-                    }
-                    SeriesStyle::Marked => plot.points(
-                        Points::new(&*series.name, PlotPoints::from(points))
-                            .shape(MarkerShape::Circle)
-                            .filled(false)
-                            .radius(RING_RADIUS)
-                            .color(palette::TEXT_STRONG.color32()),
-                    ),
-                    SeriesStyle::Line | SeriesStyle::Points => {
-                        let (color, marker) = (color(number), MARKERS[number % MARKERS.len()]);
-                        number += 1;
-                        if series.style == SeriesStyle::Line {
-                            let line = PlotPoints::from(points.clone());
-                            plot.line(Line::new(&*series.name, line).color(color).width(1.2));
-                        }
-                        plot.points(
-                            Points::new(&*series.name, PlotPoints::from(points))
-                                .shape(marker)
-                                .radius(MARKER_RADIUS)
-                                .color(color),
-                        );
+    let names = [chart.x.label.clone(), chart.y.label.clone()];
+    let mut plot = Plot::new(&chart.title).height(height);
+    if !x.is_logarithmic {
+        plot = plot.x_grid_spacer(axis_ticks(STEPS[0]));
+    }
+    if !y.is_logarithmic {
+        plot = plot.y_grid_spacer(axis_ticks(STEPS[1]));
+    }
+    plot.custom_x_axes(vec![
+        AxisHints::new_x()
+            .label(&*chart.x.label)
+            .formatter(move |mark, _: &RangeInclusive<f64>| x.label(mark))
+            .label_spacing(X_LABEL_SPACING),
+    ])
+    .y_axis_label(&*chart.y.label)
+    .y_axis_formatter(move |mark, _: &RangeInclusive<f64>| y.label(mark))
+    .label_formatter(move |at| {
+        let (series, point) = match at {
+            HoverPosition::NearDataPoint { plot_name, position, .. } => {
+                (format!("{plot_name}\n"), position)
+            }
+            HoverPosition::Elsewhere { position } => (String::new(), position),
+        };
+        let x = with_unit(&names[0], &hover.0.value(point.x));
+        let y = with_unit(&names[1], &hover.1.value(point.y));
+        Some(format!("{series}{x}\n{y}"))
+    })
+    .allow_scroll(false)
+    .show(ui, |plot| {
+        let mut number = 0;
+        for series in &chart.series {
+            let points = placed(series, x, y);
+            match series.style {
+                SeriesStyle::Front => {
+                    let steps = PlotPoints::from(steps(&points));
+                    plot.line(
+                        Line::new(&*series.name, steps)
+                            .color(palette::TEXT_QUIET.color32())
+                            .width(3.0),
+                    );
+                }
+                SeriesStyle::Bound => {
+                    if let Some([_, y]) = points.first().copied() {
+                        let color = palette::TEXT_QUIET.color32();
+                        plot.hline(HLine::new(&*series.name, y).color(color).width(1.2));
                     }
                 }
+                SeriesStyle::Intervals => {
+                    for ends in points.chunks_exact(2) {
+                        let bar = PlotPoints::from(ends.to_vec());
+                        let color = palette::TEXT_QUIET.color32();
+                        plot.line(Line::new(&*series.name, bar).color(color).width(1.2));
+                    }
+                }
+                SeriesStyle::Marked => plot.points(
+                    Points::new(&*series.name, PlotPoints::from(points))
+                        .shape(MarkerShape::Circle)
+                        .filled(false)
+                        .radius(RING_RADIUS)
+                        .color(palette::TEXT_STRONG.color32()),
+                ),
+                SeriesStyle::Line | SeriesStyle::Points => {
+                    let (color, marker) = (color(number), MARKERS[number % MARKERS.len()]);
+                    number += 1;
+                    if series.style == SeriesStyle::Line {
+                        let line = PlotPoints::from(points.clone());
+                        plot.line(Line::new(&*series.name, line).color(color).width(1.2));
+                    }
+                    plot.points(
+                        Points::new(&*series.name, PlotPoints::from(points))
+                            .shape(marker)
+                            .radius(MARKER_RADIUS)
+                            .color(color),
+                    );
+                }
             }
-        });
+        }
+    });
+}
+
+/// A value with the name and the unit of its axis, whose label is `distance, mm`.
+fn with_unit(label: &str, value: &str) -> String {
+    match label.rsplit_once(", ") {
+        Some((name, unit)) => format!("{name}: {value}\u{2009}{unit}"),
+        None => format!("{label}: {value}"),
+    }
 }
 
 fn color(number: usize) -> Color32 {
@@ -165,13 +190,16 @@ impl PlotAxis {
         match self.lane {
             Some(lane) if (at - lane).abs() < LANE_GAP / 2.0 => "0".to_owned(),
             _ if self.is_logarithmic => format!("{:.2e}", 10_f64.powf(at)),
-            _ => format!("{at:.4}"),
+            _ => {
+                let decimals = 2.0 - at.abs().max(1e-6).log10().floor();
+                decimal(at, decimals.clamp(0.0, 6.0) as usize)
+            }
         }
     }
 
     fn label(self, mark: GridMark) -> String {
         if !self.is_logarithmic {
-            return format!("{}", mark.value);
+            return mark_text(mark);
         }
         if self.lane.is_some_and(|lane| mark.value < lane + LANE_GAP) {
             return String::new();
@@ -225,6 +253,17 @@ mod tests {
     fn without_zeros_there_is_no_lane() {
         let axis = axis(Scale::LogarithmicAndZero, &[1e-3, 1.0]);
         assert_eq!(axis.place(0.0), None);
+    }
+
+    #[test]
+    fn a_value_under_the_pointer_has_name_and_unit() {
+        let axis = axis(Scale::Linear, &[1.0, 400.0]);
+        assert_eq!(
+            with_unit("distance to the tip, mm", &axis.value(225.34)),
+            "distance to the tip: 225\u{2009}mm"
+        );
+        assert_eq!([axis.value(0.001_234), axis.value(-3.5)], ["0.00123", "\u{2212}3.50"]);
+        assert_eq!(with_unit("poses", "12"), "poses: 12");
     }
 
     #[test]
