@@ -15,8 +15,8 @@ use egui_kittest::kittest::Queryable;
 use nalgebra::Vector3;
 use std::cell::RefCell;
 use std::rc::Rc;
-use trackwright_design::BodyRole;
-use trackwright_editor::document::requests::{OpenWorld, ViewRequest};
+use trackwright_design::{BodyRole, Edit, MetalEdit, Thing, Things};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::scene::extent;
 use trackwright_editor::shell::command_palette::{CommandPages, command_pages_ui};
@@ -29,6 +29,7 @@ use trackwright_editor::viewport::commands::{
 };
 use trackwright_editor::viewport::view_axes::{ViewAxesAction, view_axes_ui};
 use trackwright_geometry::orbit::{self, OrbitCamera};
+use trackwright_metal::new_object::NewShape;
 
 fn pointer() -> SimulatedPointer {
     let mut app = create_scene_app_with(|app| {
@@ -65,10 +66,54 @@ fn all_is_framed_whatever_is_selected() {
     run(&mut pointer, "Frame all");
     let all = camera(&pointer);
     let world = &pointer.resource::<OpenWorld>().0;
-    let sphere =
-        extent::of_selection(world, world.document.design(), &Selection::default()).unwrap();
+    let design = world.document.design();
+    let sphere = extent::of_everything(world, design).unwrap();
     assert!((all.focus_mm - sphere.center_mm).norm() < 1e-9);
     assert!(seen_mm(&all) > sphere.radius_mm && seen_mm(&near) < sphere.radius_mm);
+    // Bodies, anatomy and the volume; what is hidden takes no room.
+    let mut world = world.clone();
+    let mut view = world.document.view().clone();
+    let mut with = |volume: bool, hidden: Things| {
+        (view.layers.volume, view.hidden) = (volume, hidden);
+        world.document.set_view(view.clone());
+        extent::of_everything(&world, design).unwrap().radius_mm
+    };
+    let nothing = Things::default;
+    let mut no_crf = nothing();
+    no_crf.toggle(Thing::body(BodyRole::Crf));
+    let [with_volume, without, tool] =
+        [with(true, nothing()), with(false, nothing()), with(false, no_crf)];
+    assert!(with_volume > without && without > tool, "{with_volume} {without} {tool}");
+}
+
+#[test]
+fn what_is_added_far_away_comes_into_view() {
+    let mut pointer = pointer();
+    run(&mut pointer, "Frame selection");
+    let before = camera(&pointer);
+    let edit = pointer.resource::<OpenWorld>().0.added_metal(NewShape::Plate.shape(), "plate");
+    pointer.app.world_mut().write_message(EditRequest::Apply(edit));
+    for _ in 0..3 {
+        pointer.app.update();
+    }
+    while pointer.resource::<OrbitRig>().is_gliding() {
+        pointer.app.update();
+    }
+    settle(&mut pointer.app);
+    let now = camera(&pointer);
+    let rig_px = pointer.resource::<OrbitRig>().view_px;
+    let world = &pointer.resource::<OpenWorld>().0;
+    let plate = Selection::of(Some(Selected::Metal(0)));
+    let plate = extent::of_selection(world, world.document.design(), &plate).unwrap();
+    assert!(!plate.is_seen_by(&before, rig_px), "{before:?} {plate:?}");
+    assert!(plate.is_seen_by(&now, rig_px), "{now:?} {plate:?}");
+    // Another edit leaves the camera alone.
+    run(&mut pointer, "Frame selection");
+    let near = camera(&pointer);
+    let metal = MetalEdit::SetFrequency(4e3);
+    pointer.app.world_mut().write_message(EditRequest::Apply(Edit::Metal(metal)));
+    settle(&mut pointer.app);
+    assert_eq!(camera(&pointer), near);
 }
 
 #[test]

@@ -47,6 +47,17 @@ impl Sphere {
         let roles = BodyRole::ALL.iter();
         Self::around(roles.flat_map(|role| points_of(world, design, *role)))
     }
+
+    /// Whether a camera sees the whole of it.
+    pub fn is_seen_by(&self, camera: &OrbitCamera, view_px: [f64; 2]) -> bool {
+        let projected = camera.project(&self.center_mm, view_px);
+        let Some((at, mm_per_px)) = projected.zip(camera.mm_per_px(&self.center_mm, view_px))
+        else {
+            return false;
+        };
+        let radius_px = self.radius_mm / mm_per_px;
+        at.iter().zip(view_px).all(|(at, size)| *at >= radius_px && *at <= size - radius_px)
+    }
 }
 
 /// Mesh corners, sensors and tip of a body, tracker frame.

@@ -2,11 +2,11 @@
 
 use crate::document::selection::{Selected, Selection};
 use nalgebra::Point3;
-use trackwright_design::Design;
+use trackwright_design::{BodyRole, Design};
 use trackwright_project::World;
 use trackwright_scene::opening_view::{POINT_RADIUS_MM, Sphere, points_of};
 
-/// What is selected, or everything, where the design as it is shown has it.
+/// What is selected, or both bodies, where the design as it is shown has it.
 pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Option<Sphere> {
     match selection.primary() {
         None => Sphere::of_bodies(world, design),
@@ -18,23 +18,50 @@ pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Op
             let selected = indices.into_iter().filter_map(|index| sensors.get(index));
             Sphere::around(selected.map(|sensor| pose * sensor.position_in_body))
         }
-        Some(Selected::Anatomy(index)) => {
-            let anatomy = design.anatomy.get(index)?;
-            let pose = anatomy.tracker_from_mesh(design);
-            let parts = world.anatomy_mesh(&anatomy.mesh)?.parts.iter();
-            Sphere::around(parts.flat_map(|part| part.positions_mm.iter().map(|p| pose * p)))
-        }
-        Some(Selected::Metal(index)) => {
-            let object = design.metal_object(index)?;
-            let mesh = object.shape.drawn().ok()?;
-            let points = mesh.parts.iter().flat_map(|part| &part.positions_mm);
-            Sphere::around(points.map(|p| object.tracker_from_object * p))
-        }
+        Some(Selected::Anatomy(index)) => Sphere::around(anatomy(world, design, index)),
+        Some(Selected::Metal(index)) => Sphere::around(metal(design, index)),
         Some(Selected::Tip(role)) => {
             let tip = design.body(role)?.rigid.judged_tip_in_body();
             Some(at(design.tracker_from_body(role)? * tip))
         }
     }
+}
+
+/// All that is drawn: bodies, anatomy and metal that are not hidden, and the volume while its layer is on.
+pub fn of_everything(world: &World, design: &Design) -> Option<Sphere> {
+    let view = world.document.view();
+    let roles = BodyRole::ALL.into_iter().filter(|role| !view.hidden.has_body(*role));
+    let bodies = roles.flat_map(|role| points_of(world, design, role));
+    let anatomies = (0..design.anatomy.len()).flat_map(|index| anatomy(world, design, index));
+    let objects = design.room_metal.iter().flat_map(|metal| metal.objects.iter().enumerate());
+    let metals = objects
+        .filter(|(_, object)| !view.hidden.has_metal(&object.name))
+        .flat_map(|(index, _)| metal(design, index));
+    let volume = world.environment.volume.filter(|_| view.layers.volume);
+    let volume = volume.into_iter().flat_map(|volume| volume.bounds().corners_mm());
+    Sphere::around(bodies.chain(anatomies).chain(metals).chain(volume))
+}
+
+/// The corners of an anatomy's mesh, tracker frame; none while it is read.
+fn anatomy(world: &World, design: &Design, index: usize) -> impl Iterator<Item = Point3<f64>> {
+    let shown = design.anatomy.get(index).and_then(|anatomy| {
+        Some((anatomy.tracker_from_mesh(design), world.anatomy_mesh(&anatomy.mesh)?))
+    });
+    shown.into_iter().flat_map(|(pose, mesh)| {
+        let corners = mesh.parts.iter().flat_map(|part| &part.positions_mm);
+        corners.map(move |p| pose * p)
+    })
+}
+
+/// The corners of a metal object as it is drawn, tracker frame.
+fn metal(design: &Design, index: usize) -> impl Iterator<Item = Point3<f64>> {
+    let drawn = design
+        .metal_object(index)
+        .and_then(|object| Some((object.tracker_from_object, object.shape.drawn().ok()?)));
+    drawn.into_iter().flat_map(|(pose, mesh)| {
+        let corners = mesh.parts.iter().flat_map(|part| &part.positions_mm);
+        corners.map(|p| pose * p).collect::<Vec<_>>()
+    })
 }
 
 fn at(center_mm: Point3<f64>) -> Sphere {

@@ -10,6 +10,7 @@ use crate::palette::Theme;
 use crate::palette::ThemedColor;
 use crate::scene::extent;
 use crate::schedule::EditorSystems;
+use crate::shell::requests::Requests;
 use crate::shell::window::{Presentation, ViewportRect};
 use crate::{convert, palette};
 use bevy::camera::{
@@ -73,6 +74,13 @@ impl Plugin for CameraPlugin {
         app.init_resource::<OrbitRig>()
             .add_systems(PreStartup, spawn)
             .add_systems(Update, clear_in_theme.run_if(resource_changed::<Theme>))
+            .add_systems(
+                Update,
+                show_added
+                    .run_if(resource_exists_and_changed::<ShownDesign>)
+                    .run_if(resource_exists::<WorldGeneration>)
+                    .in_set(EditorSystems::Draw),
+            )
             .add_systems(
                 Update,
                 (measure_view, follow_document, answer_requests, glide, place)
@@ -324,19 +332,16 @@ fn answer_requests(
     selection: Res<Selection>,
     mut rig: ResMut<OrbitRig>,
 ) {
-    let sphere_of = |selection: &Selection| {
-        let (world, shown) = world.as_ref().zip(shown.as_ref())?;
-        extent::of_selection(&world.0, &shown.design, selection)
-    };
     for request in requests.read() {
         let mut to = rig.destination();
         match request {
             ViewRequest::Set(_) => continue,
             ViewRequest::FrameSelection | ViewRequest::FrameAll => {
-                let sphere = match request {
-                    ViewRequest::FrameAll => sphere_of(&Selection::default()),
-                    _ => sphere_of(&selection),
-                };
+                let shown = world.as_ref().zip(shown.as_ref());
+                let sphere = shown.and_then(|(world, shown)| match request {
+                    ViewRequest::FrameAll => extent::of_everything(&world.0, &shown.design),
+                    _ => extent::of_selection(&world.0, &shown.design, &selection),
+                });
                 let Some(sphere) = sphere else { continue };
                 to.frame_sphere(sphere.center_mm, sphere.radius_mm, rig.view_px);
             }
@@ -353,6 +358,33 @@ fn answer_requests(
             }
         }
         start_glide(&mut rig, to);
+    }
+}
+
+/// Things of a design that may be added far from what is looked at, by its generation.
+type Added = Option<(WorldGeneration, usize)>;
+
+/// What is added and selected comes into view: the camera goes back until all is seen, where it is not.
+fn show_added(
+    (world, shown): (Res<OpenWorld>, Res<ShownDesign>),
+    generation: Res<WorldGeneration>,
+    selection: Res<Selection>,
+    mut known: Local<Added>,
+    mut requests: Requests<ViewRequest>,
+    rig: Res<OrbitRig>,
+) {
+    let design = &shown.design;
+    let metal = design.room_metal.as_ref().map_or(0, |metal| metal.objects.len());
+    let now = (*generation, design.bodies().count() + design.anatomy.len() + metal);
+    let before = known.replace(now);
+    let is_more = before.is_some_and(|before| before.0 == now.0 && before.1 < now.1);
+    if !is_more || rig.view_px[1] <= 1.0 {
+        return;
+    }
+    let sphere = extent::of_selection(&world.0, design, &selection);
+    let camera = rig.destination();
+    if !sphere.is_none_or(|sphere| sphere.is_seen_by(&camera, rig.view_px)) {
+        requests.write(ViewRequest::FrameAll);
     }
 }
 
