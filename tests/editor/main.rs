@@ -17,6 +17,7 @@ mod field_layers;
 mod field_panels;
 mod field_workspace;
 mod file_dialogs;
+mod focus;
 mod found_metal;
 mod gizmo;
 mod harness;

@@ -5,7 +5,7 @@ use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
-use trackwright_design::{BodyRole, Edit};
+use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::commands::DocumentCommandsPlugin;
 use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
@@ -180,4 +180,124 @@ fn the_page_of_a_row_keeps_the_keys_to_itself() {
     app.world_mut().resource_mut::<RowPage>().is_open = true;
     chord(&mut app, &[Key::Delete]);
     assert_eq!(tool_sensors(&app), 2);
+}
+
+fn select(app: &mut App, selection: Selection) {
+    *app.world_mut().resource_mut::<Selection>() = selection;
+    app.update();
+}
+
+/// Keys that are pressed one after the other, all between two frames.
+fn type_quickly(app: &mut App, keys: &str) {
+    for typed in keys.chars() {
+        let pressed = match typed {
+            '\n' => Key::Enter,
+            '\u{1b}' => Key::Escape,
+            '\u{8}' => Key::Backspace,
+            typed => Key::Character(typed.to_string().into()),
+        };
+        key(app, &pressed, ButtonState::Pressed);
+        key(app, &pressed, ButtonState::Released);
+    }
+    for _ in 0..4 {
+        app.update();
+    }
+}
+
+fn open_design(app: &App) -> &Design {
+    app.world().resource::<OpenWorld>().0.document.design()
+}
+
+#[test]
+fn typed_numbers_move_and_turn_exactly() {
+    let mut app = edited_app();
+    select(&mut app, Selection::of_sensors(BodyRole::Tool, [0]));
+    let before = open_design(&app).clone();
+    let own = sensor_mm(&app, 0);
+    for (keys, moved) in [
+        ("gx12.5\n", Vector3::new(12.5, 0.0, 0.0)),
+        ("gy-3\n", Vector3::new(0.0, -3.0, 0.0)),
+        // A number first, a minus after it, one digit too many, another axis.
+        ("g45\u{8}x-z\n", Vector3::new(0.0, 0.0, -4.0)),
+        ("g,25x\n", Vector3::new(0.25, 0.0, 0.0)),
+    ] {
+        type_quickly(&mut app, keys);
+        assert_eq!(sensor_mm(&app, 0), own + moved, "{keys:?}");
+        assert!(!app.world().resource::<ActiveDrag>().0);
+        request(&mut app, EditRequest::Undo);
+        app.update();
+        assert_eq!(*open_design(&app), before, "one step");
+    }
+    // In the tracker's axes, by the axis a second time.
+    type_quickly(&mut app, "gyy7\n");
+    let design = open_design(&app);
+    let rotation = design.tracker_from_body(BodyRole::Tool).unwrap().rotation;
+    let moved = rotation * (sensor_mm(&app, 0) - own);
+    assert!((moved - Vector3::new(0.0, 7.0, 0.0)).norm() < 1e-12, "{moved}");
+
+    select(&mut app, Selection::of(Some(Selected::Body(BodyRole::Tool))));
+    let tip = |design: &Design| {
+        let tracker_from_tool = design.tracker_from_body(BodyRole::Tool).unwrap();
+        (
+            tracker_from_tool * design.tool.body.rigid.judged_tip_in_body(),
+            tracker_from_tool.rotation,
+        )
+    };
+    let (tip_before, turn_before) = tip(open_design(&app));
+    type_quickly(&mut app, "rzz90\n");
+    let (tip_after, turn_after) = tip(open_design(&app));
+    assert!((tip_after - tip_before).norm() < 1e-10, "a tool is turned about its tip");
+    let turn = turn_after * turn_before.inverse();
+    assert!((turn.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert!((turn.axis().unwrap().into_inner() - Vector3::z()).norm() < 1e-9);
+}
+
+#[test]
+fn a_typed_move_ends_without_a_trace() {
+    let mut app = edited_app();
+    let before = open_design(&app).clone();
+    // Nothing is selected: no mode begins, and the keys are those of commands.
+    type_quickly(&mut app, "gx5\n");
+    select(&mut app, Selection::of_sensors(BodyRole::Tool, [0, 1]));
+    type_quickly(&mut app, "gx5");
+    assert_ne!(*open_design(&app), before);
+    assert!(app.world().resource::<ActiveDrag>().0);
+    type_quickly(&mut app, "\u{1b}");
+    assert_eq!(*open_design(&app), before);
+    assert_eq!(app.world().resource::<OpenWorld>().0.document.undo_label(), Some("Move tool"));
+    // Another selection keeps what was typed, as a step of its own.
+    type_quickly(&mut app, "gx5");
+    select(&mut app, Selection::of(Some(Selected::Body(BodyRole::Tool))));
+    assert!(!app.world().resource::<ActiveDrag>().0);
+    let label = app.world().resource::<OpenWorld>().0.document.undo_label();
+    assert_eq!(label, Some("Move 2 sensors"));
+}
+
+#[test]
+fn keys_after_one_that_opens_are_no_commands() {
+    // The palette's shortcut with a name and Enter, all within one slow frame.
+    let mut app = edited_app();
+    select(&mut app, Selection::of_sensors(BodyRole::Tool, [0]));
+    let before = open_design(&app).clone();
+    key(&mut app, &Key::Control, ButtonState::Pressed);
+    key(&mut app, &Key::Character("k".into()), ButtonState::Pressed);
+    key(&mut app, &Key::Control, ButtonState::Released);
+    for letter in ["a", "t", "n"] {
+        key(&mut app, &Key::Character(letter.into()), ButtonState::Pressed);
+    }
+    key(&mut app, &Key::Delete, ButtonState::Pressed);
+    app.update();
+    app.update();
+    assert_eq!(app.world().resource::<CommandPages>().text(), "atn");
+    assert_eq!(*open_design(&app), before);
+    // Commands that open nothing all run in the frame that brings them.
+    let mut app = edited_app();
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(1.0, 0.0, 30.0))));
+    app.update();
+    for state in [ButtonState::Pressed, ButtonState::Released].repeat(2) {
+        key(&mut app, &Key::Control, ButtonState::Pressed);
+        key(&mut app, &Key::Character("z".into()), state);
+    }
+    app.update();
+    assert!(is_as_it_was(&app));
 }

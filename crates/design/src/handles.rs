@@ -99,15 +99,32 @@ impl Design {
         in_tracker: &Vector3<f64>,
         step_mm: f64,
     ) -> Vec<Edit> {
-        let (Some(tracker_from_body), Some(body)) = (self.tracker_from_body(role), self.body(role))
-        else {
-            return Vec::new();
-        };
+        let Some(tracker_from_body) = self.tracker_from_body(role) else { return Vec::new() };
         let in_body = tracker_from_body.rotation.inverse() * in_tracker;
         let axis = in_body.iamax();
+        let by_mm = step_mm.copysign(in_body[axis]);
+        self.moved_sensors(role, indices, &Movement::along_axis_of(&Pose::identity(), axis, by_mm))
+    }
+
+    /// The edits that move sensors in the frame of their body, each turned about its own place.
+    pub fn moved_sensors(
+        &self,
+        role: BodyRole,
+        indices: &[usize],
+        in_body: &Movement,
+    ) -> Vec<Edit> {
+        let turn = in_body.rotation();
         let moved = indices.iter().filter_map(|&index| {
-            let mut sensor = body.rigid.sensors.get(index)?.clone();
-            sensor.position_in_body[axis] += step_mm.copysign(in_body[axis]);
+            let mut sensor = self.body(role)?.rigid.sensors.get(index)?.clone();
+            match in_body {
+                Movement::Slide { direction, by_mm } => {
+                    sensor.position_in_body += direction.into_inner() * *by_mm;
+                }
+                Movement::Turn { .. } if turn != UnitQuaternion::identity() => {
+                    sensor.orientation = sensor.orientation.rotated_by(&turn);
+                }
+                Movement::Turn { .. } => {}
+            }
             Some(Edit::SetSensor { body: role, index, sensor })
         });
         moved.collect()
@@ -121,12 +138,25 @@ impl Design {
         index: usize,
         in_tracker: &Movement,
     ) -> Option<Edit> {
-        let mut sensor = self.body(role)?.rigid.sensors.get(index)?.clone();
         let in_body = in_tracker.transformed_by(&self.tracker_from_body(role)?.inverse());
-        let turn = in_body.rotation();
-        if turn != UnitQuaternion::identity() {
-            sensor.orientation = sensor.orientation.rotated_by(&turn);
-        }
-        Some(Edit::SetSensor { body: role, index, sensor })
+        self.moved_sensors(role, &[index], &in_body).pop()
+    }
+
+    /// The edit that moves a body's tip in the body's frame; `None` of a body that has none of its own.
+    pub fn moved_tip(&self, role: BodyRole, in_body: &Movement) -> Option<Edit> {
+        let tip_in_body = self.body(role)?.rigid.tip_in_body?;
+        let at = in_body.moved(&Pose::from(tip_in_body)).translation.vector;
+        Some(Edit::SetTip { body: role, tip_in_body: Some(at.into()) })
+    }
+
+    /// A frame at a body's origin with the axes that a movement follows, `body_from_axes`.
+    pub fn body_from_axes(&self, role: BodyRole, axes: HandleAxes) -> Option<Pose> {
+        let tracker_from_body = self.tracker_from_body(role)?.rotation;
+        Some(match axes {
+            HandleAxes::Own => Pose::identity(),
+            HandleAxes::Tracker => {
+                Pose::from_parts(Translation3::identity(), tracker_from_body.inverse())
+            }
+        })
     }
 }

@@ -16,6 +16,17 @@ pub enum Movement {
 }
 
 impl Movement {
+    /// Along an axis of a frame: 0 is x.
+    pub fn along_axis_of(frame: &Pose, axis: usize, by_mm: f64) -> Self {
+        Self::Slide { direction: frame.rotation * unit(axis), by_mm }
+    }
+
+    /// About an axis of a frame, through its origin.
+    pub fn about_axis_of(frame: &Pose, axis: usize, by_rad: f64) -> Self {
+        let pivot_mm = Point3::from(frame.translation.vector);
+        Self::Turn { axis: frame.rotation * unit(axis), pivot_mm, by_rad }
+    }
+
     /// By a whole number of steps.
     pub fn snapped(self) -> Self {
         match self {
@@ -71,6 +82,10 @@ impl Movement {
             }
         }
     }
+}
+
+fn unit(axis: usize) -> Unit<Vector3<f64>> {
+    [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()][axis]
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use crate::shell::requests::Requests;
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
+use bevy::input::keyboard::Key as PressedKey;
 use bevy::prelude::*;
 use bevy_egui::egui::{
     self, Align, Align2, Context, Grid, Id, Key, Layout, Modifiers, Response, RichText, ScrollArea,
@@ -60,6 +61,8 @@ pub struct CommandPages {
     /// Which of what was found Enter takes.
     chosen: usize,
     wants_focus: bool,
+    /// Whether Enter was pressed before the field could have it.
+    is_entered: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,8 +80,28 @@ impl CommandPages {
         self.show(Page::Shortcuts);
     }
 
+    /// What is searched for.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     pub fn is_any_open(&self) -> bool {
         self.open.is_some()
+    }
+
+    /// Takes a key that was pressed after the one that opened the page, and before its field could have it.
+    pub fn type_key(&mut self, key: &PressedKey) {
+        if self.open.is_none() {
+            return;
+        }
+        match key {
+            PressedKey::Character(typed) => self.text.push_str(typed),
+            PressedKey::Space => self.text.push(' '),
+            PressedKey::Backspace => drop(self.text.pop()),
+            PressedKey::Enter => self.is_entered = true,
+            PressedKey::Escape => self.close(),
+            _ => {}
+        }
     }
 
     fn show(&mut self, page: Page) {
@@ -179,7 +202,8 @@ fn palette_ui(
         (pressed(Key::ArrowUp), pressed(Key::ArrowDown))
     });
     let field = search_ui(ui, pages, "name of a command");
-    let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+    let is_entered = std::mem::take(&mut pages.is_entered)
+        || (field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)));
     let commands = found(commands, &pages.text);
     let last = commands.len().saturating_sub(1);
     pages.chosen = (pages.chosen + down).saturating_sub(up).min(last);

@@ -111,6 +111,11 @@ impl Command {
         self.order < 100
     }
 
+    /// Whether something opens that has the keys then, as the dots of its name have it.
+    pub fn opens_something(&self) -> bool {
+        self.name.ends_with('…')
+    }
+
     /// What it does, and the key that does it.
     pub fn tooltip(&self) -> String {
         with_keys(self.about, &self.shown_keys())

@@ -7,6 +7,7 @@ pub mod dialogs;
 pub mod drop_plate;
 pub mod egui_camera;
 pub mod explain_controls;
+pub mod focus;
 pub mod help;
 pub mod keys;
 pub mod layout;
@@ -35,6 +36,7 @@ impl Plugin for ShellPlugin {
             shell_commands::ShellCommandsPlugin,
             dialogs::plugin,
             drop_plate::plugin,
+            focus::plugin,
         ));
     }
 }

@@ -11,6 +11,7 @@ use crate::viewport::sensor_commands::{SensorCommand, selected_metal};
 use crate::viewport::sensor_drag::FollowsSurface;
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::{SceneTool, add_sensor_beside};
+use crate::viewport::typed_move;
 use bevy::prelude::*;
 use trackwright_design::MirrorPlane;
 use trackwright_geometry::orbit::{Axis, AxisEnd};
@@ -54,7 +55,7 @@ const FRAME_SELECTION: Command = Command::new(
 )
 .keys(&[Keys::plain("f")]);
 const FRAME_ALL: Command =
-    Command::new(VIEW, 1, "Frame all", "Moves the camera to where it sees both bodies")
+    Command::new(VIEW, 1, "Frame all", "Moves the camera to where it sees all that is shown")
         .keys(&[Keys::plain("home")]);
 
 /// The views along the tracker's axes, in the order of [`AxisEnd::ALL`].
@@ -316,7 +317,7 @@ pub struct ViewportCommandsPlugin;
 
 impl Plugin for ViewportCommandsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(nudge::plugin);
+        app.add_plugins((nudge::plugin, typed_move::plugin));
         app.add_mouse_actions(&MOUSE)
             .add_command(ADD_SENSOR, take(SceneTool::AddSensor))
             .add_command(ADD_SENSOR_BESIDE, add_beside)

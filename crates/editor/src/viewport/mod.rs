@@ -21,4 +21,5 @@ pub mod surfaces;
 pub mod tip_drag;
 pub mod tool;
 pub mod troubles;
+pub mod typed_move;
 pub mod view_axes;

@@ -9,6 +9,7 @@ use crate::viewport::gizmo::drag::{HeldHandle, name_of};
 use crate::viewport::gizmo::{CurrentGizmo, HoveredHandle};
 use crate::viewport::sensor_drag::FollowsSurface;
 use crate::viewport::tool::{SceneTool, ToolAim};
+use crate::viewport::typed_move::TypedMove;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, HandleAxes};
@@ -39,8 +40,10 @@ fn is_due(
     aim: Res<ToolAim>,
     ball: Res<HoveredBall>,
     follows: Option<Res<FollowsSurface>>,
+    typed: Option<Res<TypedMove>>,
 ) -> bool {
     ball.is_changed()
+        || typed.is_some_and(|typed| typed.is_changed())
         || follows.is_some_and(|follows| follows.is_changed())
         || hovered.is_changed()
         || held.is_changed()
@@ -102,12 +105,14 @@ fn show_hint(
     gizmo: Gizmo,
     balls: Balls,
     follows: Option<Res<FollowsSurface>>,
+    typed: Option<Res<TypedMove>>,
     mut hint: ResMut<PointerHint>,
 ) {
     let follows = follows.is_some_and(|follows| follows.0);
     let text = match *tool {
-        SceneTool::Select => gizmo
-            .words()
+        SceneTool::Select => typed
+            .and_then(|typed| typed.hint())
+            .or_else(|| gizmo.words())
             .or_else(|| balls.words())
             .or_else(|| follows.then(|| FOLLOWING.to_owned())),
         tool => Some(match mounting_words(tool) {
