@@ -27,6 +27,7 @@ mod finer;
 pub mod gizmo;
 pub mod isosurface;
 pub mod limits;
+pub mod long_body;
 pub mod magnification;
 pub mod mesh;
 pub mod mesh_reference;
