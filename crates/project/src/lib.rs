@@ -27,6 +27,7 @@ mod import_body;
 mod kinds;
 mod layout_edits;
 mod meshes;
+mod new_tool;
 mod open;
 mod other_designs;
 mod paths;
@@ -70,6 +71,7 @@ pub use meshes::{
     ImportedMesh, MeshDoubt, MeshImport, MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes,
     reload_meshes,
 };
+pub use new_tool::{flipped_tool, new_tool_of_mesh};
 pub use open::{
     generator_mesh, open_builtin, open_builtin_without_meshes, open_design, open_design_to_show,
     open_design_without_meshes, open_variant, refresh_environment,

@@ -258,6 +258,7 @@ mod tests {
         };
         follow(&of_built_in, &mut world);
         let folder = tempfile::tempdir().unwrap();
+        let mut world = open_builtin("pointer-on-head").unwrap();
         save_as(&mut world, &folder.path().join("own.design.ron")).unwrap();
         let of_file = sweep(&text.replace("pointer-on-head", "own.design.ron"), folder.path());
         follow(&of_file, &mut world);

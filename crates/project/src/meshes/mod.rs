@@ -47,6 +47,8 @@ pub enum MeshOwner {
     Anatomy(Option<usize>),
     /// A metal object that is not yet in the room.
     NewMetal,
+    /// The tool of a design that is made for it.
+    NewTool,
 }
 
 impl From<BodyRole> for MeshOwner {
@@ -62,6 +64,7 @@ impl fmt::Display for MeshOwner {
             Self::Body(role) => role.fmt(f),
             Self::Anatomy(_) => f.write_str("anatomy"),
             Self::NewMetal => f.write_str("metal object"),
+            Self::NewTool => f.write_str("new tool"),
         }
     }
 }
@@ -73,6 +76,7 @@ impl MeshOwner {
             Self::Body(role) => format!("the {role}'s mesh"),
             Self::Anatomy(_) => format!("the anatomy {name:?}"),
             Self::NewMetal => "the metal object's mesh".to_owned(),
+            Self::NewTool => "the new tool's mesh".to_owned(),
         }
     }
 }
@@ -282,6 +286,11 @@ impl Meshes {
                 reference.file = file_now(&reference.file);
             }
         }
+    }
+
+    /// Keeps what another world has at hand.
+    pub(super) fn inherit(&mut self, other: &Self) {
+        self.cache.clone_from(&other.cache);
     }
 
     pub(super) fn cache(&mut self, mesh: ImportedMesh) {

@@ -8,7 +8,7 @@ use super::super::world::World;
 use super::{
     ImportedMesh, LoadedMesh, MeshDoubt, MeshImport, MeshOwner, MeshProblem, MeshSource, place,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Origin};
 use trackwright_geometry::mesh::SurfaceMesh;
@@ -36,6 +36,11 @@ impl World {
         self.meshes.find_anatomy(reference)?.report()
     }
 
+    /// Keeps the meshes at hand that another world has, for a design that is opened in its place.
+    pub fn inherit_meshes(&mut self, other: &Self) {
+        self.meshes.inherit(&other.meshes);
+    }
+
     /// Keeps a mesh at hand, for an edit that is going to name it. Where its owner refers to it
     /// already, as after its file was written anew, it is its own from now on; whether it is.
     pub fn keep_mesh(&mut self, mesh: ImportedMesh) -> bool {
@@ -60,7 +65,7 @@ impl World {
                 body.is_some()
             }
             // The object that an edit adds has the surface itself.
-            MeshOwner::NewMetal => false,
+            MeshOwner::NewMetal | MeshOwner::NewTool => false,
         };
         if is_used {
             self.stamps.extend(mesh.stamps.clone());
@@ -96,7 +101,7 @@ impl World {
                 let mut all = self.meshes.anatomy.iter_mut();
                 all.find(|mesh| mesh.reference() == Some(&missed.reference))
             }
-            MeshOwner::NewMetal => None,
+            MeshOwner::NewMetal | MeshOwner::NewTool => None,
         };
         if let Some(mesh) = mesh {
             mesh.is_awaited = false;
@@ -193,11 +198,16 @@ pub fn mesh_reference_to(
     mesh_file: &Path,
 ) -> Option<String> {
     let design = world.document.design();
-    let own = match whose.into() {
+    let whose = whose.into();
+    let own = match whose {
         MeshOwner::Body(role) => Some(&design.body(role)?.reference),
-        MeshOwner::Anatomy(_) => None,
+        MeshOwner::Anatomy(_) | MeshOwner::NewTool => None,
         MeshOwner::NewMetal => Some(&design.environment),
     };
+    // A new design is of the built-in world until it is saved.
+    if whose == MeshOwner::NewTool {
+        return Some(absolute(mesh_file).to_string_lossy().into_owned());
+    }
     let Origin::File(design_file) = world.document.origin() else {
         return Some(absolute(mesh_file).to_string_lossy().into_owned());
     };
@@ -234,7 +244,7 @@ impl MeshImport {
             MeshOwner::Anatomy(index) => index
                 .and_then(|index| design.anatomy.get(index))
                 .map(|anatomy| anatomy.mesh.clone()),
-            MeshOwner::NewMetal => None,
+            MeshOwner::NewMetal | MeshOwner::NewTool => None,
         };
         match own {
             Some(own) => Self::of_reference(world, whose, MeshReference { unit, ..own }),
@@ -247,9 +257,12 @@ impl MeshImport {
         whose: MeshOwner,
         reference: MeshReference,
     ) -> Result<Option<Self>, StoreError> {
-        let (storage, design_file) = home(world.document.origin())?;
+        let (storage, design_file) = match whose {
+            MeshOwner::NewTool => (Storage::BuiltIn, PathBuf::new()),
+            _ => home(world.document.origin())?,
+        };
         let own_file = match whose {
-            MeshOwner::Anatomy(_) => design_file,
+            MeshOwner::Anatomy(_) | MeshOwner::NewTool => design_file,
             MeshOwner::NewMetal => {
                 storage.resolve(&design_file, &world.document.design().environment)
             }

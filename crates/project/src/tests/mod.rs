@@ -5,6 +5,7 @@ mod import_body;
 mod meshes;
 mod metal;
 mod mounting;
+mod new_tool;
 mod recovery;
 mod tool;
 
