@@ -160,10 +160,10 @@ fn built_in(name: &str) -> AllReaders {
     let design = trackwright_project::open_builtin_without_meshes(name).unwrap().document;
     let reference = &design.design().environment;
     scratch.copy_built_in(name, "a.design.ron", reference, "room.env.ron");
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
-    let room = std::fs::read_to_string(assets.join("bodies").join(reference)).unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let room = std::fs::read_to_string(root.join("designs").join(reference)).unwrap();
     let room = room
-        .replace("../meshes", assets.join("meshes").to_str().unwrap())
+        .replace("../meshes", root.join("assets/meshes").to_str().unwrap())
         .replace("triangles: 1000", "triangles: 120")
         .replace("triangles: 400", "triangles: 80");
     scratch.write("room.env.ron", room);

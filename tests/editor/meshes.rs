@@ -15,6 +15,7 @@ use trackwright_editor::document::apply::DocumentPlugin;
 use trackwright_editor::document::awaited_meshes::AwaitedMeshes;
 use trackwright_editor::document::body_dialogs::MeshDialog;
 use trackwright_editor::document::body_files::{BodyFilesPlugin, BodyLoading};
+use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::meshes::{MeshLoading, MeshesPlugin};
 use trackwright_editor::document::requests::MeshRequest;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
@@ -23,6 +24,8 @@ use trackwright_editor::shell::dialogs::{DialogAnswer, Dialogs};
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::mesh_ui::{MeshView, mesh_ui};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::pose::Pose;
+use trackwright_project::MeshOwner;
 
 /// An editor of the built-in pointer, saved to a folder of its own.
 pub fn saved_app() -> (TempDir, App) {
@@ -279,4 +282,32 @@ fn a_large_mesh_is_read_after_its_design_is_open() {
     request(&mut app, EditRequest::Undo);
     app.update();
     assert!(!world(&app).document.is_dirty(), "reading is no change of the design");
+}
+
+#[test]
+fn a_mesh_begins_a_design_after_the_question() {
+    let (folder, mut app) = saved_app();
+    let file = write(&folder, "probe.obj", box_obj([6.0, 8.0, 150.0], ""));
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(1.0, 2.0, 3.0))));
+    app.update();
+    app.world_mut().write_message(MeshRequest::load(MeshOwner::NewTool, file));
+    finish(&mut app);
+    app.update();
+    // The open design has changes: they come first.
+    let Some(DesignDialog::Unsaved { then, .. }) = dialog(&app) else { panic!("no question") };
+    let discard = FileRequest::Discard(Box::new(then.clone()));
+    app.world_mut().write_message(discard);
+    for _ in 0..3 {
+        app.update();
+    }
+    let design = world(&app).document.design();
+    assert_eq!(design.name, "probe");
+    assert!(world(&app).mesh(BodyRole::Tool).is_some() && world(&app).document.is_dirty());
+    assert_eq!(world(&app).document.undo_label(), Some("New tool from probe.obj"));
+    let tip = design.tool.body.rigid.tip_in_body.unwrap();
+    let size = world(&app).mesh(BodyRole::Tool).unwrap().body_bounds().unwrap();
+    assert!(
+        (size.min_mm.z - tip.z).abs().min((size.max_mm.z - tip.z).abs()) < 1e-9,
+        "{tip} {size:?}"
+    );
 }

@@ -238,8 +238,8 @@ impl Document {
         has_moved
     }
 
-    /// Whether design or view differ from what the files hold. Where the camera is does not count: nobody
-    /// is asked about it, and it is saved with the rest.
+    /// Whether design or view differ from what the files hold. Where the camera is does not count; it is saved
+    /// with the rest.
     pub fn is_dirty(&self) -> bool {
         let saved = self.saved.as_ref();
         let is_view_saved = saved.is_some_and(|saved| {

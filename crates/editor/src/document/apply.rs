@@ -304,8 +304,9 @@ impl FileState<'_> {
     /// Whether it is open.
     fn open(&mut self, opened: Result<trackwright_project::World, StoreError>) -> bool {
         match opened {
-            Ok(opened) => {
+            Ok(mut opened) => {
                 let Some(world) = &mut self.world else { return false };
+                opened.inherit_meshes(&world.0);
                 *self.notice = what_is_missing(&opened);
                 world.0 = opened;
                 self.generation.0 += 1;

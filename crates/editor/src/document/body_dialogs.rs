@@ -30,6 +30,7 @@ impl MeshDialog {
         let title = match whose {
             MeshOwner::Anatomy(None) => "Add a mesh as anatomy".to_owned(),
             MeshOwner::NewMetal => "Add a closed mesh as metal".to_owned(),
+            MeshOwner::NewTool => "Begin a design with a mesh as its tool".to_owned(),
             _ => format!("Load a mesh for the {whose}"),
         };
         let files = FileDialog::new(FileKind::Mesh, folder, "").titled(&title, "Load");
@@ -69,10 +70,11 @@ impl Dialog for MeshDialog {
                 let tool = ("The tool's", load(BodyRole::Tool.into()));
                 let crf = ("The CRF's", load(BodyRole::Crf.into()));
                 let anatomy = ("Anatomy", load(MeshOwner::Anatomy(None)));
+                let new = ("A new tool's", load(MeshOwner::NewTool));
                 let cancel = ("Cancel", DialogAnswer::Close);
                 match has_crf {
-                    true => buttons_ui(ui, &[tool, crf, anatomy, cancel]),
-                    false => buttons_ui(ui, &[tool, anatomy, cancel]),
+                    true => buttons_ui(ui, &[tool, crf, anatomy, new, cancel]),
+                    false => buttons_ui(ui, &[tool, anatomy, new, cancel]),
                 }
             }
             Self::Unit { whose, file, sizes } => unit_ui(ui, *whose, file, sizes),

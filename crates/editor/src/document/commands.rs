@@ -25,6 +25,21 @@ pub const SAVE: Command =
         .keys(&[Keys::control("s")]);
 pub const SAVE_AS: Command = Command::new(FILE, 3, "Save as…", "Writes the design to another file")
     .keys(&[Keys::control_shift("s")]);
+pub const NEW_FROM_MESH: Command = Command::new(
+    FILE,
+    5,
+    "New tool from a mesh…",
+    "Begins a design with a tool of this shape: its tip at the thinner end, two sensors along it",
+);
+pub const FLIP_TOOL: Command = Command::new(
+    EDIT,
+    48,
+    "Flip the tool's mesh",
+    "Turns the tool's mesh end for end, where its tip was taken for the wrong end; tip and sensors stay",
+)
+.available_if(|now| {
+    is_in_design(now) && now.world.is_some_and(|world| world.0.mesh(BodyRole::Tool).is_some())
+});
 pub const OPEN_TOOL: Command = Command::new(
     FILE,
     10,
@@ -179,6 +194,8 @@ pub struct DocumentCommandsPlugin;
 impl Plugin for DocumentCommandsPlugin {
     fn build(&self, app: &mut App) {
         app.add_command(NEW, write(FileRequest::ShowNew))
+            .add_command(NEW_FROM_MESH, write(MeshRequest::ShowLoad(MeshOwner::NewTool)))
+            .add_command(FLIP_TOOL, flip_tool)
             .add_command(OPEN, write(FileRequest::ShowOpen))
             .add_command(SAVE, write(FileRequest::Save))
             .add_command(SAVE_AS, write(FileRequest::ShowSaveAs))
@@ -215,6 +232,11 @@ fn add_metal(shape: NewShape) -> impl FnMut(Option<Res<OpenWorld>>, MessageWrite
         let label = shape.label();
         edits.write(EditRequest::Apply(world.0.added_metal(shape, label)));
     }
+}
+
+fn flip_tool(world: Option<Res<OpenWorld>>, mut edits: MessageWriter<EditRequest>) {
+    let flipped = world.and_then(|world| trackwright_project::flipped_tool(&world.0));
+    edits.write_batch(EditRequest::step(FLIP_TOOL.name, flipped.into_iter().flatten()));
 }
 
 fn has_body(now: &Situation, role: BodyRole) -> bool {

@@ -4,7 +4,7 @@
 use crate::document::awaited_meshes;
 use crate::document::body_dialogs::MeshDialog;
 use crate::document::file_names::file_folder;
-use crate::document::requests::{EditRequest, MeshRequest, OpenWorld, ViewRequest};
+use crate::document::requests::{EditRequest, FileRequest, MeshRequest, OpenWorld, ViewRequest};
 use crate::document::selection::{Selected, Selection};
 use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::{Job, Lost};
@@ -24,7 +24,7 @@ use trackwright_design::{
 use trackwright_geometry::mesh_reference::MeshUnit;
 use trackwright_geometry::pose::Pose;
 use trackwright_metal::setup::{ObjectMesh, ObjectShape};
-use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError, file_name};
+use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, Starter, StoreError, file_name};
 
 /// Gives bodies meshes, and the design its anatomy, on [`MeshRequest`], in
 /// [`EditorSystems::Input`]; reads what an opened design leaves to be read.
@@ -100,6 +100,7 @@ struct Requested<'w> {
     dialogs: ResMut<'w, Dialogs>,
     notice: ResMut<'w, Notice>,
     edits: MessageWriter<'w, EditRequest>,
+    files: MessageWriter<'w, FileRequest>,
     views: MessageWriter<'w, ViewRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
@@ -208,6 +209,10 @@ impl Requested<'_> {
             }
         };
         let doubt = read.report.suggestion.filter(|_| !loading.is_settled);
+        if let (MeshOwner::NewTool, None) = (loading.whose, &doubt) {
+            self.begin_design(&read);
+        }
+        let Some(world) = &mut self.world else { return };
         let edit = edit_of(&world.0, loading, &read);
         // Unless it is read again, nothing that is shown changes before the edit does it.
         if world.bypass_change_detection().0.keep_mesh(read) {
@@ -219,6 +224,9 @@ impl Requested<'_> {
                 file: loading.file.clone(),
                 sizes,
             });
+            return;
+        }
+        if loading.whose == MeshOwner::NewTool {
             return;
         }
         let Some(edit) = edit else {
@@ -237,8 +245,30 @@ impl Requested<'_> {
                 view.layers.anatomy = true;
                 self.views.write(ViewRequest::Set(view));
             }
-            MeshOwner::Anatomy(_) | MeshOwner::NewMetal => {}
+            MeshOwner::Anatomy(_) | MeshOwner::NewMetal | MeshOwner::NewTool => {}
         }
+    }
+
+    /// Another design takes the place of the open one, with this mesh as its tool.
+    fn begin_design(&mut self, read: &ImportedMesh) {
+        let name = stem_of(&read.request.file(), "tool");
+        match trackwright_project::new_tool_of_mesh(read, &name) {
+            Ok(edits) => {
+                let of = Origin::BuiltIn(Starter::Tool.name());
+                let label = format!("New tool from {}", file_name(read.request.file()));
+                self.files.write(FileRequest::OpenEdited { of, label, edits });
+            }
+            Err(error) => self.dialogs.show(ErrorDialog::new(NOT_USABLE, &error)),
+        }
+    }
+}
+
+/// A name from the file's.
+fn stem_of(file: &Path, otherwise: &str) -> String {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    match stem.trim() {
+        "" => otherwise.to_owned(),
+        stem => stem.to_owned(),
     }
 }
 
@@ -252,11 +282,7 @@ fn edit_of(
 ) -> Option<Edit> {
     let design = world.document.design();
     let mesh = read.request.reference.clone();
-    let stem = loading.file.file_stem().unwrap_or_default().to_string_lossy();
-    let named = |otherwise: &'static str| match stem.trim() {
-        "" => otherwise.to_owned(),
-        stem => stem.to_owned(),
-    };
+    let named = |otherwise: &str| stem_of(&loading.file, otherwise);
     Some(match loading.whose {
         MeshOwner::Body(body) => Edit::SetMesh { body, mesh: Some(mesh) },
         MeshOwner::Anatomy(Some(_)) => {
@@ -286,6 +312,7 @@ fn edit_of(
                 crf_patch: Vec::new(),
             })))
         }
+        MeshOwner::NewTool => return None,
         MeshOwner::NewMetal => {
             let surface = Arc::clone(&read.surface);
             let shape = ObjectShape::Mesh(ObjectMesh { reference: mesh, surface });
@@ -298,7 +325,7 @@ fn edit_of(
 fn anatomy_at(design: &Design, whose: MeshOwner) -> Option<&Anatomy> {
     match whose {
         MeshOwner::Anatomy(index) => design.anatomy.get(index?),
-        MeshOwner::Body(_) | MeshOwner::NewMetal => None,
+        MeshOwner::Body(_) | MeshOwner::NewMetal | MeshOwner::NewTool => None,
     }
 }
 

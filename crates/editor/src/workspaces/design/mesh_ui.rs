@@ -48,7 +48,7 @@ impl<'a> MeshView<'a> {
                 let report = world.anatomy_report(mesh);
                 (Some(mesh), world.anatomy_mesh(mesh), report)
             }
-            MeshOwner::NewMetal => return None,
+            MeshOwner::NewMetal | MeshOwner::NewTool => return None,
         };
         let problems = world.mesh_problems();
         let problem = problems.iter().find(|problem| problem.whose == whose);
@@ -89,7 +89,9 @@ pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<DesignAction> {
             ui,
             match view.whose {
                 MeshOwner::Body(_) => "A rod through the sensors stands in for it",
-                MeshOwner::Anatomy(_) | MeshOwner::NewMetal => "It is not shown",
+                MeshOwner::Anatomy(_) | MeshOwner::NewMetal | MeshOwner::NewTool => {
+                    "It is not shown"
+                }
             },
         );
     }
