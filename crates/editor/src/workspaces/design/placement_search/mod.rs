@@ -22,13 +22,14 @@ use crate::shell::commands::{AddCommand, Command, CommandsSystems, EDIT};
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::requests::Requests;
 use crate::shell::window::{PanelsShown, Workspace};
+use crate::widgets::theme::{RIGHT_MARGIN, panel_frame};
 use crate::widgets::tooltip::button_ui;
 use crate::workspaces::design::placement_search::search_ui::placement_search_ui;
 use crate::workspaces::design::placement_search::state::{PlacementSearch, PlacementSearchRequest};
 use crate::workspaces::design::workspace::WORKSPACE;
 use bevy::prelude::*;
 use bevy::winit::EventLoopProxyWrapper;
-use bevy_egui::egui::Ui;
+use bevy_egui::egui::{Margin, Panel, Ui};
 
 pub const FIND_PLACES: Command = Command::new(
     EDIT,
@@ -48,7 +49,7 @@ impl Plugin for PlacementSearchPlugin {
             .add_message::<PlacementSearchRequest>()
             .add_command(FIND_PLACES, open)
             .add_panel(panel.shown_if(is_open), search_panel)
-            .add_panel(panel.shown_if(is_closed), open_panel)
+            .add_panel(panel.fixed().shown_if(is_closed), open_panel)
             .add_systems(
                 Update,
                 answer::answer
@@ -112,10 +113,12 @@ fn search_panel(
     requests.write_all(placement_search_ui(&mut ui, design, &search));
 }
 
-/// The way to it, below the inspector.
+/// The way to it, always in view above the figures that it makes better.
 fn open_panel(mut ui: InMut<Ui>, mut requests: Requests<PlacementSearchRequest>) {
-    ui.add_space(10.0);
-    if button_ui(&mut ui, FIND_PLACES.name, FIND_PLACES.about).clicked() {
-        requests.write(PlacementSearchRequest::Open);
-    }
+    let frame = panel_frame(Margin::symmetric(RIGHT_MARGIN, 6));
+    Panel::bottom("way to better places").resizable(false).frame(frame).show(&mut ui, |ui| {
+        if button_ui(ui, FIND_PLACES.name, FIND_PLACES.about).clicked() {
+            requests.write(PlacementSearchRequest::Open);
+        }
+    });
 }
