@@ -4,6 +4,7 @@ use super::scenario::{InputTrial, Scenario, ScenarioCrf};
 use super::tracker::{BodyTracker, SensorDetail, TrackBuffers, Tracked};
 use super::weak_rotation::WeakRotation;
 use super::work::Work;
+use crate::figures::{FreeAxis, FreeRotation};
 use crate::frame_fit::Determination;
 use crate::tool_in_crf::{FreeMotion, relative_error};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
@@ -45,6 +46,8 @@ pub struct BodyDetail {
     pub tracker_from_body_fitted: Pose,
     pub sensors: Vec<SensorDetail>,
     pub determination: Determination,
+    /// Where a rotation is not determined at all.
+    pub free_rotation: Option<FreeRotation>,
     /// Where its rotation is barely determined.
     pub weak_rotation: Option<WeakRotation>,
 }
@@ -78,6 +81,14 @@ pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
         crf.as_ref().map(|(tracker, tracked, _)| (tracker, tracked)),
     );
     let weight_mm = scenario.orientation_weight_mm;
+    let tip = tracker_from_tool * scenario.tool.judged_tip_in_body();
+    let free = |key, tracker: &BodyTracker, tracked: &Tracked, tracker_from_body: &Pose| {
+        let motion = tracker.free_motion(&tracked.fit.determination)?;
+        Some(FreeRotation {
+            free: FreeAxis::of(key, motion.axis, scenario),
+            reach_mm: motion.transformed_by(tracker_from_body).reach_mm(&tip),
+        })
+    };
     PoseDetail {
         trial,
         work: Work {
@@ -89,10 +100,12 @@ pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
         },
         tool: BodyDetail {
             weak_rotation: WeakRotation::of_body("tool", &scenario.tool, weight_mm),
+            free_rotation: free("tool", &tracker, &tracked, &tracker_from_tool),
             ..detail(&tracker_from_tool, &tracked, sensors)
         },
-        crf: crf.zip(scenario.crf.as_ref()).map(|((_, tracked, sensors), crf)| BodyDetail {
+        crf: crf.zip(scenario.crf.as_ref()).map(|((tracker, tracked, sensors), crf)| BodyDetail {
             weak_rotation: WeakRotation::of_body("crf", &crf.body, weight_mm),
+            free_rotation: free("crf", &tracker, &tracked, &tracker_from_crf),
             ..detail(&tracker_from_crf, &tracked, sensors)
         }),
     }
@@ -104,6 +117,7 @@ fn detail(pose: &Pose, tracked: &Tracked, sensors: Vec<SensorDetail>) -> BodyDet
         tracker_from_body_fitted: tracked.fit.tracker_from_body,
         sensors,
         determination: tracked.fit.determination,
+        free_rotation: None,
         weak_rotation: None,
     }
 }

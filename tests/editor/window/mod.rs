@@ -7,6 +7,7 @@ mod display;
 mod drag;
 mod first_day;
 mod harness;
+mod keyboard;
 mod killed;
 mod layer;
 mod metal;

@@ -251,7 +251,7 @@ impl Requested<'_> {
 
     /// Another design takes the place of the open one, with this mesh as its tool.
     fn begin_design(&mut self, read: &ImportedMesh) {
-        let name = stem_of(&read.request.file(), "tool");
+        let name = stem_of(read.request.file(), "tool");
         match trackwright_project::new_tool_of_mesh(read, &name) {
             Ok(edits) => {
                 let of = Origin::BuiltIn(Starter::Tool.name());

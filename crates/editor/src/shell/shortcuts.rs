@@ -133,8 +133,7 @@ fn press_keys(
     (egui, focus): (Option<Res<EguiWantsInput>>, Option<Res<KeyboardFocus>>),
     mut pages: OpenPages,
     taken: Res<KeysTaken>,
-    registry: Option<Res<CommandRegistry>>,
-    workspace: Res<Workspace>,
+    (registry, workspace): (Option<Res<CommandRegistry>>, Res<Workspace>),
     (mut commands, mut keys, mut redraw): (
         MessageWriter<RunCommand>,
         MessageWriter<TakenKey>,

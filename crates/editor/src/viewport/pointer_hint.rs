@@ -39,8 +39,7 @@ fn is_due(
     tool: Res<SceneTool>,
     aim: Res<ToolAim>,
     ball: Res<HoveredBall>,
-    follows: Option<Res<FollowsSurface>>,
-    typed: Option<Res<TypedMove>>,
+    (follows, typed): (Option<Res<FollowsSurface>>, Option<Res<TypedMove>>),
 ) -> bool {
     ball.is_changed()
         || typed.is_some_and(|typed| typed.is_changed())

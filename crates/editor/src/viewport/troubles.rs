@@ -40,18 +40,14 @@ pub fn sensor_trouble_text(
     trouble.map(str::to_owned).or_else(misfit)
 }
 
-/// What a body's sensors do not determine, or barely, in words.
-pub fn determination_text(detail: &BodyDetail) -> Option<String> {
+/// What a body's sensors do not determine, or barely, in words, and whether the tip's error depends on it.
+pub fn determination_text(detail: &BodyDetail) -> Option<(String, bool)> {
     if let Some(weak) = &detail.weak_rotation {
-        return Some(with_minus_signs(&capitalised(&weak.statement())));
+        return Some((with_minus_signs(&capitalised(&weak.statement())), true));
     }
-    let text = match detail.determination {
-        Determination::Full => return None,
-        Determination::Poor { .. } => "The rotation is poorly determined: noise decides it",
-        Determination::FreeAxis { .. } => {
-            "The rotation about one axis is not determined by the sensors"
-        }
-        Determination::FreeRotation => "No rotation is determined by the sensors",
-    };
-    Some(text.to_owned())
+    if let Some(free) = &detail.free_rotation {
+        return Some((with_minus_signs(&capitalised(&free.statement())), free.reaches_tip()));
+    }
+    let is_poor = matches!(detail.determination, Determination::Poor { .. });
+    is_poor.then(|| ("The rotation is poorly determined: noise decides it".to_owned(), true))
 }

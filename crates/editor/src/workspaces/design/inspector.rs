@@ -238,8 +238,11 @@ fn reading_ui(ui: &mut Ui, detail: &BodyDetail, index: usize) {
 }
 
 fn determination_ui(ui: &mut Ui, detail: &BodyDetail) {
-    if let Some(text) = determination_text(detail) {
+    if let Some((text, is_of_tip)) = determination_text(detail) {
         ui.add_space(6.0);
-        warning_ui(ui, &text);
+        match is_of_tip {
+            true => warning_ui(ui, &text),
+            false => quiet_ui(ui, text),
+        };
     }
 }

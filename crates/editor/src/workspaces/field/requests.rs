@@ -23,6 +23,7 @@ pub const WORKSPACE: Workspace = Workspace {
 
 /// A request to the workspace.
 #[derive(Message, Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one is written a click")]
 pub enum FieldRequest {
     /// Shows the dialog that chooses a table.
     ShowOpen(TableRole),
