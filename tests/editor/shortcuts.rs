@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::commands::DocumentCommandsPlugin;
-use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::shell::command_palette::CommandPages;
 use trackwright_editor::shell::commands::CommandsPlugin;
@@ -271,6 +271,15 @@ fn a_typed_move_ends_without_a_trace() {
     assert!(!app.world().resource::<ActiveDrag>().0);
     let label = app.world().resource::<OpenWorld>().0.document.undo_label();
     assert_eq!(label, Some("Move 2 sensors"));
+    // Another design has nothing of it.
+    type_quickly(&mut app, "gx5");
+    app.world_mut().write_message(FileRequest::Discard(Box::new(FileRequest::OpenBuiltIn(
+        "endoscope".to_owned(),
+    ))));
+    app.update();
+    type_quickly(&mut app, "7\n");
+    assert!(!app.world().resource::<ActiveDrag>().0);
+    assert!(!app.world().resource::<OpenWorld>().0.document.is_dirty());
 }
 
 #[test]

@@ -2,11 +2,12 @@
 
 use crate::document::requests::{ActiveDrag, EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
+use crate::document::state::WorldGeneration;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::{AddCommand, Command, CommandsSystems, EDIT, Situation};
 use crate::shell::keys::Keys;
 use crate::shell::shortcuts::{KeyboardFocus, KeysTaken, TakenKey};
-use crate::shell::window::{DragReadout, DragText, ViewportRect};
+use crate::shell::window::{DragReadout, DragText, ViewportRect, Workspace};
 use crate::viewport::gizmo::drag::name_of;
 use crate::widgets::basic::counted;
 use bevy::input::keyboard::Key;
@@ -58,6 +59,7 @@ struct Typing {
     text: String,
     /// The design before: every pose comes from there.
     start: Arc<Design>,
+    generation: WorldGeneration,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -239,7 +241,8 @@ impl Typing {
     }
 }
 
-/// A selection that changes, and a text field that wants the keys, end it as Enter does.
+/// Another selection or workspace, and a text field that wants the keys, end it as Enter does; another design ends
+/// it with nothing.
 pub(super) fn plugin(app: &mut App) {
     app.init_resource::<TypedMove>()
         .init_resource::<KeysTaken>()
@@ -263,6 +266,8 @@ struct Params<'w> {
     active: ResMut<'w, ActiveDrag>,
     readout: ResMut<'w, DragReadout>,
     world: Option<Res<'w, OpenWorld>>,
+    generation: Res<'w, WorldGeneration>,
+    workspace: Res<'w, Workspace>,
     selection: Res<'w, Selection>,
     viewport: Option<Res<'w, ViewportRect>>,
     edits: MessageWriter<'w, EditRequest>,
@@ -280,8 +285,16 @@ fn begin(kind: TypedKind, mut params: Params) {
         (_, Some(primary)) => name_of(&start, primary),
         (_, None) => return,
     };
-    let typing =
-        Typing { kind, moved, name, axis: None, axes: HandleAxes::Own, text: String::new(), start };
+    let typing = Typing {
+        kind,
+        moved,
+        name,
+        axis: None,
+        axes: HandleAxes::Own,
+        text: String::new(),
+        start,
+        generation: *params.generation,
+    };
     params.edits.write(EditRequest::Begin(format!("{} {}", typing.verb(), typing.name)));
     params.typed.0 = Some(typing);
     params.taken.0 = true;
@@ -294,11 +307,13 @@ fn follow_keys(
     focus: Option<Res<KeyboardFocus>>,
     mut params: Params,
 ) {
-    let is_left = (params.selection.is_changed() && !params.typed.is_changed())
+    let is_other = params.typed.0.as_ref().is_some_and(|it| it.generation != *params.generation);
+    let is_elsewhere = params.selection.is_changed() || params.workspace.is_changed();
+    let is_left = (is_elsewhere && !params.typed.is_changed())
         || focus.is_some_and(|focus| *focus == KeyboardFocus::Text);
-    if is_left {
+    if is_other || is_left {
         keys.clear();
-        return params.end(true);
+        return params.end(!is_other);
     }
     for TakenKey(key) in keys.read() {
         let Some(typing) = &mut params.typed.0 else { return };
