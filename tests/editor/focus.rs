@@ -2,17 +2,17 @@
 
 use super::app::settle;
 use super::commands::app_with_commands;
+use super::harness::workspace_panels;
 use bevy_egui::egui::{self, accesskit::Role};
 use egui_kittest::Harness;
 use egui_kittest::kittest::NodeT;
+use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex};
 use trackwright_editor::document::requests::{BodyFileRequest, MeshRequest};
 use trackwright_editor::palette::{self, ThemedColor};
 use trackwright_editor::shell::focus::focus_ui;
-use trackwright_editor::shell::registry::{Panels, Workspaces};
+use trackwright_editor::shell::registry::Workspaces;
 use trackwright_editor::shell::shortcuts::KeyboardFocus;
-use trackwright_editor::shell::window::Workspace;
 
 /// More than any workspace has widgets.
 const MOST_TABS: usize = 400;
@@ -58,20 +58,11 @@ fn tab_leads_to_every_widget_and_shows_it() {
     let workspaces = app.world().resource::<Workspaces>().0.clone();
     let mut seen = 0;
     for workspace in workspaces {
-        *app.world_mut().resource_mut::<Workspace>() = workspace;
-        app.update();
-        let own: Vec<_> = app.world().resource::<Panels>().0.to_vec();
-        let world = app.world_mut();
-        let found = Arc::new(Mutex::new(KeyboardFocus::Commands));
-        let (last, mut is_by_keys) = (Arc::clone(&found), false);
-        let mut harness =
-            Harness::builder().with_size(egui::vec2(420.0, 4000.0)).build_ui(move |ui| {
-                for panel in own.iter().filter(|own| own.info.workspace == workspace.name) {
-                    let _ = world.run_system_with(panel.system, ui);
-                }
-                *last.lock().unwrap() = focus_ui(ui.ctx(), &mut is_by_keys);
-            });
-        harness.run_steps(2);
+        let found = Cell::new(KeyboardFocus::Commands);
+        let mut is_by_keys = false;
+        let mut harness = workspace_panels(&mut app, workspace, |ctx| {
+            found.set(focus_ui(ctx, &mut is_by_keys));
+        });
         assert!(!has_ring(&harness));
         let mut wanted = usable(&harness);
         seen += wanted.len();
@@ -83,7 +74,7 @@ fn tab_leads_to_every_widget_and_shows_it() {
             harness.run_steps(2);
             let Some(now) = focused(&harness) else { continue };
             wanted.remove(&now);
-            let is_text = *found.lock().unwrap() == KeyboardFocus::Text;
+            let is_text = found.get() == KeyboardFocus::Text;
             assert!(is_text || has_ring(&harness), "{}: {now}", workspace.name);
         }
         assert!(wanted.is_empty(), "{}: {wanted:?}", workspace.name);

@@ -1,5 +1,6 @@
 //! Panels and dialogs by themselves: drawn and used without a window.
 
+use bevy::app::App;
 use bevy_egui::egui;
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -7,6 +8,8 @@ use egui_kittest::kittest::NodeT;
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, OpenDialog, Outcome, dialog_ui};
+use trackwright_editor::shell::registry::Panels;
+use trackwright_editor::shell::window::Workspace;
 
 /// What a panel requested in all its frames.
 pub type Requests<T> = Rc<RefCell<Vec<T>>>;
@@ -76,4 +79,26 @@ pub fn use_open_dialog(
     act: impl FnOnce(&mut Harness),
 ) -> Option<Outcome> {
     use_panel([620.0, 500.0], |ui| dialog_ui(ui.ctx(), dialog), act).into_iter().next()
+}
+
+/// All panels of a workspace, one below the other, drawn twice; and what is done at the end of each pass.
+pub fn workspace_panels<'a>(
+    app: &'a mut App,
+    workspace: Workspace,
+    mut at_end: impl FnMut(&egui::Context) + 'a,
+) -> Harness<'a> {
+    *app.world_mut().resource_mut::<Workspace>() = workspace;
+    app.update();
+    let mut panels = app.world().resource::<Panels>().0.to_vec();
+    panels.retain(|own| own.info.workspace == workspace.name);
+    let world = app.world_mut();
+    let mut harness = Harness::builder().with_size(egui::vec2(420.0, 4000.0)).build_ui(move |ui| {
+        for panel in &panels {
+            // One whose optional neighbours are absent draws nothing.
+            let _ = world.run_system_with(panel.system, ui);
+        }
+        at_end(ui.ctx());
+    });
+    harness.run_steps(2);
+    harness
 }

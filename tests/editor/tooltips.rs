@@ -3,6 +3,7 @@
 
 use super::app::{create_app, create_scene_app_with, layers, settle, world};
 use super::commands::app_with_commands;
+use super::harness::workspace_panels;
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -13,8 +14,7 @@ use trackwright_editor::document::requests::OpenWorld;
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::layers::LayersPlugin;
 use trackwright_editor::shell::commands::{CommandRegistry, CommandsPlugin, RunCommand};
-use trackwright_editor::shell::registry::{Panels, Workspaces};
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::shell::registry::Workspaces;
 use trackwright_editor::widgets::basic::{NumberField, number_ui};
 use trackwright_simulation::METRICS;
 
@@ -80,18 +80,7 @@ fn every_widget_of_a_workspace_is_explained() {
     let workspaces = app.world().resource::<Workspaces>().0.clone();
     let mut seen_in_all = 0;
     for workspace in workspaces {
-        *app.world_mut().resource_mut::<Workspace>() = workspace;
-        app.update();
-        let own: Vec<_> = app.world().resource::<Panels>().0.to_vec();
-        let world = app.world_mut();
-        let mut harness =
-            Harness::builder().with_size(egui::vec2(420.0, 4000.0)).build_ui(move |ui| {
-                for panel in own.iter().filter(|own| own.info.workspace == workspace.name) {
-                    // One whose optional neighbours are absent draws nothing.
-                    let _ = world.run_system_with(panel.system, ui);
-                }
-            });
-        harness.run_steps(2);
+        let harness = workspace_panels(&mut app, workspace, |_| ());
         let (wrong, seen) = unexplained(&harness);
         assert!(wrong.is_empty(), "{}: {}", workspace.name, wrong.join(", "));
         seen_in_all += seen;
