@@ -164,8 +164,8 @@ fn built_in(name: &str) -> AllReaders {
     let room = std::fs::read_to_string(root.join("designs").join(reference)).unwrap();
     let room = room
         .replace("../meshes", root.join("assets/meshes").to_str().unwrap())
-        .replace("triangles: 1000", "triangles: 120")
-        .replace("triangles: 400", "triangles: 80");
+        .replace("triangles: 1000", "triangles: 200")
+        .replace("triangles: 400", "triangles: 150");
     scratch.write("room.env.ron", room);
     AllReaders::of(scratch, "a.design.ron")
 }
