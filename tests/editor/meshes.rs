@@ -302,6 +302,8 @@ fn a_mesh_begins_a_design_after_the_question() {
     }
     let design = world(&app).document.design();
     assert_eq!(design.name, "probe");
+    let selected = app.world().resource::<Selection>().primary();
+    assert_eq!(selected, Some(Selected::Body(BodyRole::Tool)));
     assert!(world(&app).mesh(BodyRole::Tool).is_some() && world(&app).document.is_dirty());
     assert_eq!(world(&app).document.undo_label(), Some("New tool from probe.obj"));
     let tip = design.tool.body.rigid.tip_in_body.unwrap();

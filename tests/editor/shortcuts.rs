@@ -9,6 +9,7 @@ use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::commands::DocumentCommandsPlugin;
 use trackwright_editor::document::requests::{ActiveDrag, EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::document::state::Notice;
 use trackwright_editor::shell::command_palette::CommandPages;
 use trackwright_editor::shell::commands::CommandsPlugin;
 use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
@@ -256,8 +257,12 @@ fn typed_numbers_move_and_turn_exactly() {
 fn a_typed_move_ends_without_a_trace() {
     let mut app = edited_app();
     let before = open_design(&app).clone();
-    // Nothing is selected: no mode begins, and the keys are those of commands.
-    type_quickly(&mut app, "gx5\n");
+    // Nothing is selected: no mode begins, and the status line states what is missing.
+    type_quickly(&mut app, "gx");
+    assert!(
+        matches!(app.world().resource::<Notice>(), Notice::Refused(why) if why.contains("move"))
+    );
+    assert!(!app.world().resource::<ActiveDrag>().0);
     select(&mut app, Selection::of_sensors(BodyRole::Tool, [0, 1]));
     type_quickly(&mut app, "gx5");
     assert_ne!(*open_design(&app), before);

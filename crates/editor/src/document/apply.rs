@@ -127,7 +127,7 @@ fn apply_edits(
     }
 }
 
-/// What is selected after a request changed the design: the sensors that it added, and after a
+/// What is selected after a request changed the design: the sensors or the body that it added, and after a
 /// removal the body that is left; else what was selected before, as far as it is there.
 fn selected_after(
     selection: &Selection,
@@ -157,6 +157,12 @@ fn selected_after(
             let count = |design: &Design| design.room_metal.as_ref().map_or(0, |m| m.objects.len());
             if count(after) == count(before) + 1 {
                 return Selection::of(Some(Selected::Metal(count(before))));
+            }
+        }
+        EditRequest::Apply(Edit::SetBody { body, .. }) => {
+            let file = |design: &Design| design.body(*body).map(|body| body.reference.clone());
+            if file(before) != file(after) {
+                return Selection::of(Some(Selected::Body(*body)));
             }
         }
         EditRequest::Apply(Edit::RemoveSensor { body, .. } | Edit::RemoveSensors { body, .. })

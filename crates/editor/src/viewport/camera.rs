@@ -24,9 +24,10 @@ use bevy::window::{PrimaryWindow, RequestRedraw};
 use bevy_egui::input::EguiWantsInput;
 use nalgebra::Point3;
 use std::time::Duration;
-use trackwright_design::Design;
 use trackwright_design::view::CameraView;
+use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::gizmo::Eye;
+use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::orbit::{self, OrbitCamera, VERTICAL_FOV_RAD};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
@@ -361,23 +362,35 @@ fn answer_requests(
     }
 }
 
-/// Things of a design that may be added far from what is looked at, by its generation.
-type Added = Option<(WorldGeneration, usize)>;
+/// What of a design may come from elsewhere than what is looked at.
+#[derive(Clone, Debug, PartialEq)]
+struct Things {
+    generation: WorldGeneration,
+    count: usize,
+    meshes: [Option<MeshReference>; 2],
+}
 
-/// What is added and selected comes into view: the camera goes back until all is seen, where it is not.
+/// What is added comes into view: the camera goes back until all is seen, where it is not.
 fn show_added(
     (world, shown): (Res<OpenWorld>, Res<ShownDesign>),
     generation: Res<WorldGeneration>,
     selection: Res<Selection>,
-    mut known: Local<Added>,
+    mut known: Local<Option<Things>>,
     mut requests: Requests<ViewRequest>,
     rig: Res<OrbitRig>,
 ) {
     let design = &shown.design;
     let metal = design.room_metal.as_ref().map_or(0, |metal| metal.objects.len());
-    let now = (*generation, design.bodies().count() + design.anatomy.len() + metal);
-    let before = known.replace(now);
-    let is_more = before.is_some_and(|before| before.0 == now.0 && before.1 < now.1);
+    let now = Things {
+        generation: *generation,
+        count: design.bodies().count() + design.anatomy.len() + metal,
+        meshes: BodyRole::ALL.map(|role| design.body(role).and_then(|body| body.mesh.clone())),
+    };
+    let before = known.replace(now.clone());
+    let is_more = before.is_some_and(|before| {
+        let is_same = before.generation == now.generation;
+        is_same && (before.count < now.count || before.meshes != now.meshes)
+    });
     if !is_more || rig.view_px[1] <= 1.0 {
         return;
     }

@@ -2,7 +2,7 @@
 
 use crate::document::requests::{ActiveDrag, EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
-use crate::document::state::WorldGeneration;
+use crate::document::state::{Notice, WorldGeneration};
 use crate::schedule::EditorSystems;
 use crate::shell::commands::{AddCommand, Command, CommandsSystems, EDIT, Situation};
 use crate::shell::keys::Keys;
@@ -25,7 +25,7 @@ pub const MOVE: Command = Command::new(
     "Moves what is selected by what is typed then: X, Y or Z, millimetres, Enter",
 )
 .keys(&[Keys::plain("g")])
-.available_if(|now| is_available(now, TypedKind::Move));
+.available_if(is_available);
 pub const TURN: Command = Command::new(
     EDIT,
     117,
@@ -33,7 +33,7 @@ pub const TURN: Command = Command::new(
     "Turns what is selected by what is typed then: X, Y or Z, degrees, Enter",
 )
 .keys(&[Keys::plain("r")])
-.available_if(|now| is_available(now, TypedKind::Turn));
+.available_if(is_available);
 
 /// Longest number that is taken.
 const MOST_DIGITS: usize = 12;
@@ -91,8 +91,8 @@ impl Moved {
     }
 }
 
-fn is_available(now: &Situation, kind: TypedKind) -> bool {
-    now.world.is_some() && now.workspace.edits_design && Moved::of(now.selection, kind).is_some()
+fn is_available(now: &Situation) -> bool {
+    now.world.is_some() && now.workspace.edits_design
 }
 
 impl TypedMove {
@@ -265,6 +265,7 @@ struct Params<'w> {
     taken: ResMut<'w, KeysTaken>,
     active: ResMut<'w, ActiveDrag>,
     readout: ResMut<'w, DragReadout>,
+    notice: ResMut<'w, Notice>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
     workspace: Res<'w, Workspace>,
@@ -276,7 +277,13 @@ struct Params<'w> {
 
 fn begin(kind: TypedKind, mut params: Params) {
     let Some(world) = &params.world else { return };
-    let Some(moved) = Moved::of(&params.selection, kind) else { return };
+    let Some(moved) = Moved::of(&params.selection, kind) else {
+        *params.notice = Notice::Refused(match kind {
+            TypedKind::Move => "select a body, sensors, a tip or a metal object to move".to_owned(),
+            TypedKind::Turn => "select a body, sensors or a metal object to turn".to_owned(),
+        });
+        return;
+    };
     let start = world.0.document.shared_design();
     let name = match (&moved, params.selection.primary()) {
         (Moved::Sensors(_, indices), _) if indices.len() > 1 => {

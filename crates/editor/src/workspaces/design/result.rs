@@ -16,7 +16,7 @@ use bevy_egui::egui::{
 };
 use trackwright_design::Document;
 use trackwright_result::{Row, number, with_separators};
-use trackwright_simulation::figures::{capitalised, with_minus_signs};
+use trackwright_simulation::figures::{FreeRotation, capitalised, with_minus_signs};
 use trackwright_simulation::{
     ErrorOf, Figure, Figures, Metric, RoomFieldFigures, Study, Undecided, Verdict, figure_rows,
 };
@@ -275,6 +275,9 @@ fn counts_ui(ui: &mut Ui, figures: &RoomFieldFigures, results: &Results) {
     for text in warnings(figures) {
         warning_ui(ui, &text);
     }
+    if let Some(free) = figures.free_axis.filter(|free| !free.reaches_tip()) {
+        quiet_ui(ui, with_minus_signs(&capitalised(&free.statement())));
+    }
 }
 
 /// Which mode the figures are of.
@@ -305,7 +308,7 @@ pub fn warnings(figures: &RoomFieldFigures) -> Vec<String> {
     if figures.rejected > 0 {
         texts.push(format!("{} left out", counted(figures.rejected, "trial was", "trials were")));
     }
-    if let Some(free) = &figures.free_axis {
+    if let Some(free) = figures.free_axis.filter(FreeRotation::reaches_tip) {
         texts.push(with_minus_signs(&capitalised(&free.statement())));
     }
     if let Some(weak) = &figures.barely_determined {
