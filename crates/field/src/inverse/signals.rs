@@ -7,7 +7,7 @@
 //! is left Broyden's method goes on. So poses a few millimetres from metal are found as well.
 //! Beyond a fold there is another pose, which is looked for by the curvature of the readings.
 //!
-//! The constants here, of cells and of equations were chosen in the built-in theatre, where three poses in 325,000 are
+//! The constants here, of cells and of equations were chosen in the built-in theatre, where three poses in 340,000 are
 //! missed.
 
 use super::equations::AxisPose;
