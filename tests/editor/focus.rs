@@ -2,8 +2,8 @@
 
 use super::app::settle;
 use super::commands::app_with_commands;
-use super::harness::workspace_panels;
-use bevy_egui::egui::{self, accesskit::Role};
+use super::harness::{is_usable, workspace_panels};
+use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::NodeT;
 use std::cell::Cell;
@@ -33,11 +33,7 @@ fn usable(harness: &Harness) -> BTreeSet<String> {
     let nodes = harness.root().children_recursive();
     let name = |node: egui_kittest::Node| {
         let node = node.accesskit_node();
-        let is_used = matches!(
-            node.role(),
-            Role::Button | Role::CheckBox | Role::SpinButton | Role::ComboBox | Role::Slider
-        );
-        (is_used && !node.is_disabled())
+        (is_usable(node.role()) && !node.is_disabled())
             .then(|| format!("{:?} {:?} {:?}", node.role(), node.label(), node.id()))
     };
     nodes.filter_map(name).collect()

@@ -102,3 +102,8 @@ pub fn workspace_panels<'a>(
     harness.run_steps(2);
     harness
 }
+
+/// Whether a widget of this role can be used.
+pub fn is_usable(role: Role) -> bool {
+    matches!(role, Role::Button | Role::CheckBox | Role::SpinButton | Role::ComboBox | Role::Slider)
+}

@@ -3,7 +3,7 @@
 
 use super::app::{create_app, create_scene_app_with, layers, settle, world};
 use super::commands::app_with_commands;
-use super::harness::workspace_panels;
+use super::harness::{is_usable, workspace_panels};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -57,11 +57,7 @@ fn unexplained(harness: &Harness) -> (Vec<String>, usize) {
         let node = node.accesskit_node();
         // Rows of lists and choices are named by what they choose.
         let is_choice = node.role() == Role::Button && node.toggled().is_some();
-        let is_used = matches!(
-            node.role(),
-            Role::Button | Role::CheckBox | Role::SpinButton | Role::ComboBox | Role::Slider
-        );
-        if !is_used || is_choice {
+        if !is_usable(node.role()) || is_choice {
             continue;
         }
         seen += 1;

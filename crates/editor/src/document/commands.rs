@@ -5,7 +5,7 @@ use crate::document::requests::BodyFileRequest;
 use crate::document::requests::MeshRequest;
 use crate::document::requests::{EditRequest, Export, FileRequest, OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
-use crate::document::state::WorldGeneration;
+use crate::document::state::{Notice, WorldGeneration};
 use crate::shell::commands::{AddCommand, Command, EDIT, FILE, Situation, VIEW, write};
 use crate::shell::keys::Keys;
 use bevy::prelude::*;
@@ -234,9 +234,15 @@ fn add_metal(shape: NewShape) -> impl FnMut(Option<Res<OpenWorld>>, MessageWrite
     }
 }
 
-fn flip_tool(world: Option<Res<OpenWorld>>, mut edits: MessageWriter<EditRequest>) {
-    let flipped = world.and_then(|world| trackwright_project::flipped_tool(&world.0));
-    edits.write_batch(EditRequest::step(FLIP_TOOL.name, flipped.into_iter().flatten()));
+fn flip_tool(
+    world: Option<Res<OpenWorld>>,
+    mut edits: MessageWriter<EditRequest>,
+    mut notice: ResMut<Notice>,
+) {
+    match world.and_then(|world| trackwright_project::flipped_tool(&world.0)) {
+        Some(flipped) => drop(edits.write_batch(EditRequest::step(FLIP_TOOL.name, flipped))),
+        None => *notice = Notice::Refused("the tool's mesh has no two ends".to_owned()),
+    }
 }
 
 fn has_body(now: &Situation, role: BodyRole) -> bool {

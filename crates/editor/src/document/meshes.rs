@@ -41,10 +41,25 @@ struct Loading {
     name: Option<String>,
     /// Whether the person knows the size.
     is_settled: bool,
-    job: Job<Result<ImportedMesh, StoreError>>,
+    job: Job<Result<Read, StoreError>>,
     /// What was open when it began.
     generation: WorldGeneration,
     origin: Origin,
+}
+
+/// What was read, and the edits of a design that is made for it.
+type Read = (ImportedMesh, Option<Vec<Edit>>);
+
+fn read(wanted: &MeshImport) -> Result<Read, StoreError> {
+    let mesh = wanted.read()?;
+    let edits = match wanted.whose {
+        MeshOwner::NewTool => {
+            let name = stem_of(wanted.file(), "tool");
+            Some(trackwright_project::new_tool_of_mesh(&mesh, &name)?)
+        }
+        _ => None,
+    };
+    Ok((mesh, edits))
 }
 
 impl MeshLoading {
@@ -180,7 +195,7 @@ impl Requested<'_> {
             whose,
             name: anatomy_at(world.0.document.design(), whose).map(|a| a.name.clone()),
             is_settled,
-            job: Job::start("mesh", &self.waker, move |_| wanted.read()),
+            job: Job::start("mesh", &self.waker, move |_| read(&wanted)),
             generation: *self.generation,
             origin: world.0.document.origin().clone(),
         });
@@ -188,7 +203,7 @@ impl Requested<'_> {
 
     /// Gives the body or the anatomy what was read, unless something else is open by now or its size
     /// is one to confirm.
-    fn take(&mut self, loading: &Loading, answer: Result<Result<ImportedMesh, StoreError>, Lost>) {
+    fn take(&mut self, loading: &Loading, answer: Result<Result<Read, StoreError>, Lost>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
         let is_same =
@@ -196,7 +211,7 @@ impl Requested<'_> {
         if !is_same {
             return;
         }
-        let read = match answer {
+        let (read, of_new_design) = match answer {
             Ok(Ok(read)) => read,
             Ok(Err(error)) => {
                 self.dialogs.show(ErrorDialog::new(NOT_USABLE, &error));
@@ -209,10 +224,11 @@ impl Requested<'_> {
             }
         };
         let doubt = read.report.suggestion.filter(|_| !loading.is_settled);
-        if let (MeshOwner::NewTool, None) = (loading.whose, &doubt) {
-            self.begin_design(&read);
+        if let (Some(edits), None) = (of_new_design, &doubt) {
+            let of = Origin::BuiltIn(Starter::Tool.name());
+            let label = format!("New tool from {}", file_name(&loading.file));
+            self.files.write(FileRequest::OpenEdited { of, label, edits });
         }
-        let Some(world) = &mut self.world else { return };
         let edit = edit_of(&world.0, loading, &read);
         // Unless it is read again, nothing that is shown changes before the edit does it.
         if world.bypass_change_detection().0.keep_mesh(read) {
@@ -246,19 +262,6 @@ impl Requested<'_> {
                 self.views.write(ViewRequest::Set(view));
             }
             MeshOwner::Anatomy(_) | MeshOwner::NewMetal | MeshOwner::NewTool => {}
-        }
-    }
-
-    /// Another design takes the place of the open one, with this mesh as its tool.
-    fn begin_design(&mut self, read: &ImportedMesh) {
-        let name = stem_of(read.request.file(), "tool");
-        match trackwright_project::new_tool_of_mesh(read, &name) {
-            Ok(edits) => {
-                let of = Origin::BuiltIn(Starter::Tool.name());
-                let label = format!("New tool from {}", file_name(read.request.file()));
-                self.files.write(FileRequest::OpenEdited { of, label, edits });
-            }
-            Err(error) => self.dialogs.show(ErrorDialog::new(NOT_USABLE, &error)),
         }
     }
 }

@@ -27,12 +27,13 @@ pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Op
     }
 }
 
-/// All that is drawn: bodies, anatomy and metal that are not hidden, and the volume while its layer is on.
+/// All that is drawn: bodies and metal that are not hidden, anatomy and the volume while their layers are on.
 pub fn of_everything(world: &World, design: &Design) -> Option<Sphere> {
     let view = world.document.view();
     let roles = BodyRole::ALL.into_iter().filter(|role| !view.hidden.has_body(*role));
     let bodies = roles.flat_map(|role| points_of(world, design, role));
-    let anatomies = (0..design.anatomy.len()).flat_map(|index| anatomy(world, design, index));
+    let anatomies = if view.layers.anatomy { 0..design.anatomy.len() } else { 0..0 };
+    let anatomies = anatomies.flat_map(|index| anatomy(world, design, index));
     let objects = design.room_metal.iter().flat_map(|metal| metal.objects.iter().enumerate());
     let metals = objects
         .filter(|(_, object)| !view.hidden.has_metal(&object.name))

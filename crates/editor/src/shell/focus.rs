@@ -11,9 +11,10 @@ const RING_WIDTH: f32 = 2.0;
 const RING_RADIUS: f32 = 3.0;
 
 pub(super) fn plugin(app: &mut App) {
-    app.init_resource::<KeyboardFocus>()
-        .init_resource::<KeysTaken>()
-        .add_systems(EguiPrimaryContextPass, follow.after(UiSystems::Dialogs));
+    app.add_systems(
+        EguiPrimaryContextPass,
+        follow.run_if(resource_exists::<KeyboardFocus>).after(UiSystems::Dialogs),
+    );
 }
 
 fn follow(

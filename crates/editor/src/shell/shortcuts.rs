@@ -20,6 +20,7 @@ impl Plugin for ShortcutsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<KeysHeld>()
             .init_resource::<KeysTaken>()
+            .init_resource::<KeyboardFocus>()
             .add_message::<TakenKey>()
             .add_message::<RequestRedraw>()
             .add_message::<KeyboardInput>()
@@ -130,7 +131,7 @@ impl OpenPages<'_> {
 fn press_keys(
     (mut pressed, mut lost): (MessageReader<KeyboardInput>, MessageReader<KeyboardFocusLost>),
     (mut modifiers, mut waiting): (Local<Modifiers>, Local<VecDeque<(Key, Modifiers)>>),
-    (egui, focus): (Option<Res<EguiWantsInput>>, Option<Res<KeyboardFocus>>),
+    (egui, focus): (Option<Res<EguiWantsInput>>, Res<KeyboardFocus>),
     mut pages: OpenPages,
     taken: Res<KeysTaken>,
     (registry, workspace): (Option<Res<CommandRegistry>>, Res<Workspace>),
@@ -151,9 +152,9 @@ fn press_keys(
         }
     }
     let is_egui = egui.is_some_and(|egui| egui.wants_any_keyboard_input());
-    let focus = match (is_egui, focus.as_deref()) {
+    let focus = match (is_egui, *focus) {
         (false, _) => KeyboardFocus::Commands,
-        (true, Some(KeyboardFocus::Widget)) => KeyboardFocus::Widget,
+        (true, KeyboardFocus::Widget) => KeyboardFocus::Widget,
         (true, _) => KeyboardFocus::Text,
     };
     let is_held = pages.take();

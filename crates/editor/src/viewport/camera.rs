@@ -386,8 +386,8 @@ fn show_added(
         count: design.bodies().count() + design.anatomy.len() + metal,
         meshes: BodyRole::ALL.map(|role| design.body(role).and_then(|body| body.mesh.clone())),
     };
-    let before = known.replace(now.clone());
-    let is_more = before.is_some_and(|before| {
+    let before = known.replace(now);
+    let is_more = before.zip(known.as_ref()).is_some_and(|(before, now)| {
         let is_same = before.generation == now.generation;
         is_same && (before.count < now.count || before.meshes != now.meshes)
     });

@@ -40,14 +40,15 @@ pub fn sensor_trouble_text(
     trouble.map(str::to_owned).or_else(misfit)
 }
 
-/// What a body's sensors do not determine, or barely, in words, and whether the tip's error depends on it.
-pub fn determination_text(detail: &BodyDetail) -> Option<(String, bool)> {
+/// What a body's sensors do not determine, or barely, where the tip's error depends on it, in words.
+pub fn determination_text(detail: &BodyDetail) -> Option<String> {
     if let Some(weak) = &detail.weak_rotation {
-        return Some((with_minus_signs(&capitalised(&weak.statement())), true));
+        return Some(with_minus_signs(&capitalised(&weak.statement())));
     }
     if let Some(free) = &detail.free_rotation {
-        return Some((with_minus_signs(&capitalised(&free.statement())), free.reaches_tip()));
+        let text = || with_minus_signs(&capitalised(&free.statement()));
+        return free.reaches_tip().then(text);
     }
     let is_poor = matches!(detail.determination, Determination::Poor { .. });
-    is_poor.then(|| ("The rotation is poorly determined: noise decides it".to_owned(), true))
+    is_poor.then(|| "The rotation is poorly determined: noise decides it".to_owned())
 }

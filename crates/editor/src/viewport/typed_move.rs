@@ -245,8 +245,6 @@ impl Typing {
 /// it with nothing.
 pub(super) fn plugin(app: &mut App) {
     app.init_resource::<TypedMove>()
-        .init_resource::<KeysTaken>()
-        .add_message::<TakenKey>()
         .add_command(MOVE, |params: Params| begin(TypedKind::Move, params))
         .add_command(TURN, |params: Params| begin(TypedKind::Turn, params))
         .add_systems(
@@ -309,15 +307,10 @@ fn begin(kind: TypedKind, mut params: Params) {
     params.show();
 }
 
-fn follow_keys(
-    mut keys: MessageReader<TakenKey>,
-    focus: Option<Res<KeyboardFocus>>,
-    mut params: Params,
-) {
+fn follow_keys(mut keys: MessageReader<TakenKey>, focus: Res<KeyboardFocus>, mut params: Params) {
     let is_other = params.typed.0.as_ref().is_some_and(|it| it.generation != *params.generation);
     let is_elsewhere = params.selection.is_changed() || params.workspace.is_changed();
-    let is_left = (is_elsewhere && !params.typed.is_changed())
-        || focus.is_some_and(|focus| *focus == KeyboardFocus::Text);
+    let is_left = (is_elsewhere && !params.typed.is_changed()) || *focus == KeyboardFocus::Text;
     if is_other || is_left {
         keys.clear();
         return params.end(!is_other);

@@ -132,7 +132,7 @@ fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
             }));
         }
         if let Some(detail) = detail
-            && let Some((text, true)) = determination_text(detail)
+            && let Some(text) = determination_text(detail)
             && let Some(at) = view.project(&detail.tracker_from_body.translation.vector.into())
         {
             labels.push(Label { at, text, color: palette::MISSED, is_needed: true });

@@ -238,11 +238,8 @@ fn reading_ui(ui: &mut Ui, detail: &BodyDetail, index: usize) {
 }
 
 fn determination_ui(ui: &mut Ui, detail: &BodyDetail) {
-    if let Some((text, is_of_tip)) = determination_text(detail) {
+    if let Some(text) = determination_text(detail) {
         ui.add_space(6.0);
-        match is_of_tip {
-            true => warning_ui(ui, &text),
-            false => quiet_ui(ui, text),
-        };
+        warning_ui(ui, &text);
     }
 }
